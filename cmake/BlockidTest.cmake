@@ -13,7 +13,7 @@ target_include_directories(blockid_test_support PUBLIC "${PROJECT_SOURCE_DIR}/te
 target_link_libraries(blockid_test_support PUBLIC GTest::gmock GTest::gtest Eigen3::Eigen Ceres::ceres
                                                   Threads::Threads)
 target_precompile_headers(blockid_test_support PRIVATE "${PROJECT_SOURCE_DIR}/tests/pch.hpp")
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
   # Lets ccache see through the precompiled header.
   target_compile_options(blockid_test_support PUBLIC -fpch-preprocess)
 endif()
