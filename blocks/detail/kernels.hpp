@@ -1,0 +1,60 @@
+// Inner loops that are compiled several times, once for each instruction set, and chosen at run time.
+// Raw pointers only: nothing from a header may be instantiated with wider instructions than its callers expect.
+#pragma once
+
+#include <cstddef>
+
+namespace blockid::detail {
+
+using KernelIndex = std::ptrdiff_t;
+
+/// Highest filter order that the unrolled kernels know; above it a loop over the order runs.
+inline constexpr int kMaxUnrolledOrder = 8;
+
+/// The set of inner loops for one instruction set.
+struct Kernels {
+  const char* name;
+
+  /// y_t = sum_{k=0..order} b_k u_{t-k} - sum_{k=1..order} a_k y_{t-k} + z_t, state z (order,) in transposed direct
+  /// form II: z_t is what the past adds to output t. b, a: (order+1,), a_0 = 1 is not read. u, y: (n,), distinct.
+  void (*filter_signal)(const double* b, const double* a, KernelIndex order, double* z, const double* u, double* y,
+                        KernelIndex n);
+
+  /// The same filter over every column of a row-major tile, in place: rows x stride, the first `columns` columns.
+  /// z: order x state_stride. Columns up to the next multiple of 8 are overwritten with zeros.
+  void (*filter_columns)(const double* b, const double* a, KernelIndex order, double* z, KernelIndex state_stride,
+                         double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns);
+
+  /// s = u/A and r = y/A from histories: s, r are (order + n,), the first `order` entries hold the past.
+  void (*all_pole_pair)(const double* a, KernelIndex order, const double* u, const double* y, double* s, double* r,
+                        KernelIndex n);
+
+  /// G += D'D on the upper triangle in blocks of 8: G is row-major, columns x columns with stride `gram_stride`;
+  /// D is rows x stride row-major. columns and strides are multiples of 8. Entries below the diagonal blocks are
+  /// not touched.
+  void (*add_gram)(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, double* gram,
+                   KernelIndex gram_stride);
+
+  /// y_t = sum_k c_k T_k(scale u_t + shift), Chebyshev polynomials, k = 0..degree, by Clenshaw. u, y: (n,).
+  void (*chebyshev)(const double* c, KernelIndex degree, double scale, double shift, const double* u, double* y,
+                    KernelIndex n);
+
+  /// As chebyshev, and the tangents of a static block: row t becomes slope_t * row t in its first `upstream` columns,
+  /// followed by T_0 .. T_degree. data: n x stride.
+  void (*chebyshev_tangents)(const double* c, KernelIndex degree, double scale, double shift, const double* u,
+                             double* y, KernelIndex n, double* data, KernelIndex stride, KernelIndex upstream);
+
+  /// row_t *= slope_t over the first `columns` columns of a row-major tile.
+  void (*scale_rows)(const double* slope, double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns);
+};
+
+/// Instruction sets in the order of preference.
+enum class InstructionSet { baseline, avx2, avx512 };
+
+/// The kernels of one set, or nullptr when this machine or this build lacks them.
+const Kernels* kernels_for(InstructionSet set);
+
+/// The best set of this machine, chosen once.
+const Kernels& kernels();
+
+}  // namespace blockid::detail

@@ -1,0 +1,343 @@
+// Body of the kernels; included once by each translation unit that defines BLOCKID_KERNEL_SET (a namespace name) and
+// BLOCKID_KERNEL_WIDTH (doubles in a vector register).
+#include <blockid/blocks/detail/kernels.hpp>
+
+namespace blockid::detail::BLOCKID_KERNEL_SET {
+
+constexpr int kWidth = BLOCKID_KERNEL_WIDTH;
+typedef double Vec __attribute__((vector_size(8 * BLOCKID_KERNEL_WIDTH)));
+
+inline Vec load(const double* p) {
+  Vec v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline void store(double* p, Vec v) { __builtin_memcpy(p, &v, sizeof v); }
+
+inline Vec splat(double value) {
+  Vec v = {};
+  return v + value;
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// One signal
+
+inline void filter_head(const double* b, const double* a, KernelIndex order, const double* z, const double* u,
+                        double* y, KernelIndex n) {
+  for (KernelIndex t = 0; t < n; ++t) {
+    double value = z[t] + b[0] * u[t];
+    for (KernelIndex k = 1; k <= t; ++k) value += b[k] * u[t - k] - a[k] * y[t - k];
+    y[t] = value;
+  }
+  (void)order;
+}
+
+template <int Order>
+void filter_body(const double* b, const double* a, const double* u, double* y, KernelIndex n) {
+  // The output one step back comes last: it is the only term on the critical path.
+  for (KernelIndex t = Order; t < n; ++t) {
+    double value = b[0] * u[t];
+    for (int k = Order; k >= 2; --k) value += b[k] * u[t - k] - a[k] * y[t - k];
+    value += b[1] * u[t - 1];
+    y[t] = value - a[1] * y[t - 1];
+  }
+}
+
+inline void filter_body_any(const double* b, const double* a, KernelIndex order, const double* u, double* y,
+                            KernelIndex n) {
+  for (KernelIndex t = order; t < n; ++t) {
+    double value = b[0] * u[t];
+    for (KernelIndex k = order; k >= 1; --k) value += b[k] * u[t - k] - a[k] * y[t - k];
+    y[t] = value;
+  }
+}
+
+inline void filter_state(const double* b, const double* a, KernelIndex order, double* z, const double* u,
+                         const double* y, KernelIndex n) {
+  for (KernelIndex j = 0; j < order; ++j) {
+    double value = j + n < order ? z[j + n] : 0.0;
+    const KernelIndex last = n + j < order ? n + j : order;
+    for (KernelIndex k = j + 1; k <= last; ++k) value += b[k] * u[n + j - k] - a[k] * y[n + j - k];
+    z[j] = value;
+  }
+}
+
+void filter_signal(const double* b, const double* a, KernelIndex order, double* z, const double* u, double* y,
+                   KernelIndex n) {
+  filter_head(b, a, order, z, u, y, n < order ? n : order);
+  switch (order) {
+    case 0:
+      for (KernelIndex t = 0; t < n; ++t) y[t] = b[0] * u[t];
+      return;
+    case 1: filter_body<1>(b, a, u, y, n); break;
+    case 2: filter_body<2>(b, a, u, y, n); break;
+    case 3: filter_body<3>(b, a, u, y, n); break;
+    case 4: filter_body<4>(b, a, u, y, n); break;
+    case 5: filter_body<5>(b, a, u, y, n); break;
+    case 6: filter_body<6>(b, a, u, y, n); break;
+    case 7: filter_body<7>(b, a, u, y, n); break;
+    case 8: filter_body<8>(b, a, u, y, n); break;
+    default: filter_body_any(b, a, order, u, y, n);
+  }
+  filter_state(b, a, order, z, u, y, n);
+}
+
+template <int Order>
+void all_pole_pair_fixed(const double* a, const double* u, const double* y, double* s, double* r, KernelIndex n) {
+  for (KernelIndex t = 0; t < n; ++t) {
+    double s_value = u[t];
+    double r_value = y[t];
+    for (int k = Order; k >= 1; --k) {
+      s_value -= a[k] * s[Order + t - k];
+      r_value -= a[k] * r[Order + t - k];
+    }
+    s[Order + t] = s_value;
+    r[Order + t] = r_value;
+  }
+}
+
+inline void all_pole_pair_any(const double* a, KernelIndex order, const double* u, const double* y, double* s,
+                              double* r, KernelIndex n) {
+  for (KernelIndex t = 0; t < n; ++t) {
+    double s_value = u[t];
+    double r_value = y[t];
+    for (KernelIndex k = order; k >= 1; --k) {
+      s_value -= a[k] * s[order + t - k];
+      r_value -= a[k] * r[order + t - k];
+    }
+    s[order + t] = s_value;
+    r[order + t] = r_value;
+  }
+}
+
+void all_pole_pair(const double* a, KernelIndex order, const double* u, const double* y, double* s, double* r,
+                   KernelIndex n) {
+  switch (order) {
+    case 0: all_pole_pair_fixed<0>(a, u, y, s, r, n); break;
+    case 1: all_pole_pair_fixed<1>(a, u, y, s, r, n); break;
+    case 2: all_pole_pair_fixed<2>(a, u, y, s, r, n); break;
+    case 3: all_pole_pair_fixed<3>(a, u, y, s, r, n); break;
+    case 4: all_pole_pair_fixed<4>(a, u, y, s, r, n); break;
+    case 5: all_pole_pair_fixed<5>(a, u, y, s, r, n); break;
+    case 6: all_pole_pair_fixed<6>(a, u, y, s, r, n); break;
+    case 7: all_pole_pair_fixed<7>(a, u, y, s, r, n); break;
+    case 8: all_pole_pair_fixed<8>(a, u, y, s, r, n); break;
+    default: all_pole_pair_any(a, order, u, y, s, r, n);
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// Many columns at once: the vector runs across columns, the state stays in registers over the whole tile.
+
+inline Vec keep_columns(Vec v, KernelIndex columns) {
+  for (int lane = 0; lane < kWidth; ++lane) {
+    if (lane >= columns) v[lane] = 0.0;
+  }
+  return v;
+}
+
+/// A multiplier of ones for live columns and a blend for dead ones: NaN times zero must not leak, so dead lanes are
+/// selected away instead of multiplied.
+inline Vec select_columns(Vec v, Vec live) {
+  const Vec zero = {};
+  return live > zero ? v : zero;
+}
+
+template <int Order, int Groups, bool Masked>
+void filter_groups(const double* b, const double* a, double* z, KernelIndex state_stride, double* data,
+                   KernelIndex rows, KernelIndex stride, KernelIndex columns) {
+  constexpr int kStates = Order > 0 ? Order : 1;
+  Vec state[kStates][Groups];
+  Vec live[Groups];
+  for (int g = 0; g < Groups; ++g) {
+    live[g] = keep_columns(splat(1.0), columns - g * kWidth);
+    for (int k = 0; k < Order; ++k) state[k][g] = load(z + k * state_stride + g * kWidth);
+  }
+  for (KernelIndex t = 0; t < rows; ++t) {
+    double* row = data + t * stride;
+    for (int g = 0; g < Groups; ++g) {
+      Vec u = load(row + g * kWidth);
+      if constexpr (Masked) u = select_columns(u, live[g]);
+      Vec y = b[0] * u;
+      if constexpr (Order > 0) {
+        y += state[0][g];
+        for (int k = 0; k + 1 < Order; ++k) state[k][g] = (state[k + 1][g] + b[k + 1] * u) - a[k + 1] * y;
+        state[Order - 1][g] = b[Order] * u - a[Order] * y;
+      }
+      store(row + g * kWidth, y);
+    }
+  }
+  for (int g = 0; g < Groups; ++g) {
+    for (int k = 0; k < Order; ++k) store(z + k * state_stride + g * kWidth, state[k][g]);
+  }
+}
+
+inline void filter_group_any(const double* b, const double* a, KernelIndex order, double* z, KernelIndex state_stride,
+                             double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns) {
+  const Vec live = keep_columns(splat(1.0), columns);
+  for (KernelIndex t = 0; t < rows; ++t) {
+    double* row = data + t * stride;
+    const Vec u = select_columns(load(row), live);
+    const Vec y = b[0] * u + load(z);
+    for (KernelIndex k = 0; k + 1 < order; ++k) {
+      store(z + k * state_stride, (load(z + (k + 1) * state_stride) + b[k + 1] * u) - a[k + 1] * y);
+    }
+    store(z + (order - 1) * state_stride, b[order] * u - a[order] * y);
+    store(row, y);
+  }
+}
+
+template <int Order>
+void filter_columns_fixed(const double* b, const double* a, double* z, KernelIndex state_stride, double* data,
+                          KernelIndex rows, KernelIndex stride, KernelIndex columns) {
+  // Two groups hide the latency of the recursion; more would spill the state of the higher orders.
+  constexpr int kGroups = 2;
+  constexpr KernelIndex kStep = kGroups * kWidth;
+  KernelIndex c = 0;
+  for (; c + kStep <= columns; c += kStep) {
+    filter_groups<Order, kGroups, false>(b, a, z + c, state_stride, data + c, rows, stride, kStep);
+  }
+  const KernelIndex rest = columns - c;
+  if (rest > kWidth) {
+    filter_groups<Order, kGroups, true>(b, a, z + c, state_stride, data + c, rows, stride, rest);
+  } else if (rest > 0) {
+    filter_groups<Order, 1, true>(b, a, z + c, state_stride, data + c, rows, stride, rest);
+  }
+}
+
+void filter_columns(const double* b, const double* a, KernelIndex order, double* z, KernelIndex state_stride,
+                    double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns) {
+  switch (order) {
+    case 0: filter_columns_fixed<0>(b, a, z, state_stride, data, rows, stride, columns); break;
+    case 1: filter_columns_fixed<1>(b, a, z, state_stride, data, rows, stride, columns); break;
+    case 2: filter_columns_fixed<2>(b, a, z, state_stride, data, rows, stride, columns); break;
+    case 3: filter_columns_fixed<3>(b, a, z, state_stride, data, rows, stride, columns); break;
+    case 4: filter_columns_fixed<4>(b, a, z, state_stride, data, rows, stride, columns); break;
+    case 5: filter_columns_fixed<5>(b, a, z, state_stride, data, rows, stride, columns); break;
+    case 6: filter_columns_fixed<6>(b, a, z, state_stride, data, rows, stride, columns); break;
+    case 7: filter_columns_fixed<7>(b, a, z, state_stride, data, rows, stride, columns); break;
+    case 8: filter_columns_fixed<8>(b, a, z, state_stride, data, rows, stride, columns); break;
+    default:
+      for (KernelIndex c = 0; c < columns; c += kWidth) {
+        filter_group_any(b, a, order, z + c, state_stride, data + c, rows, stride, columns - c);
+      }
+  }
+}
+
+void scale_rows(const double* slope, double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns) {
+  for (KernelIndex t = 0; t < rows; ++t) {
+    double* row = data + t * stride;
+    for (KernelIndex c = 0; c < columns; ++c) row[c] *= slope[t];
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// Normal equations
+
+template <int Rows, int Vectors>
+void gram_block(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex i, KernelIndex j, double* gram,
+                KernelIndex gram_stride) {
+  Vec sum[Rows][Vectors] = {};
+  for (KernelIndex t = 0; t < rows; ++t) {
+    const double* row = data + t * stride;
+    Vec right[Vectors];
+    for (int v = 0; v < Vectors; ++v) right[v] = load(row + j + v * kWidth);
+    for (int k = 0; k < Rows; ++k) {
+      const double left = row[i + k];
+      for (int v = 0; v < Vectors; ++v) sum[k][v] += left * right[v];
+    }
+  }
+  for (int k = 0; k < Rows; ++k) {
+    for (int v = 0; v < Vectors; ++v) {
+      double* target = gram + (i + k) * gram_stride + j + v * kWidth;
+      store(target, load(target) + sum[k][v]);
+    }
+  }
+}
+
+void add_gram(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, double* gram,
+              KernelIndex gram_stride) {
+  constexpr int kVectors = 8 / kWidth;
+  // Eight rows of accumulators fill the registers of the widest set; four those of the others.
+  constexpr int kRows = kWidth == 8 ? 8 : (kWidth == 4 ? 4 : 2);
+  for (KernelIndex i = 0; i < columns; i += kRows) {
+    for (KernelIndex j = i / 8 * 8; j < columns; j += 8) {
+      gram_block<kRows, kVectors>(data, rows, stride, i, j, gram, gram_stride);
+    }
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// Chebyshev polynomials
+
+void chebyshev(const double* c, KernelIndex degree, double scale, double shift, const double* u, double* y,
+               KernelIndex n) {
+  KernelIndex t = 0;
+  for (; t + kWidth <= n; t += kWidth) {
+    const Vec x = scale * load(u + t) + shift;
+    Vec d1 = {};
+    Vec d2 = {};
+    for (KernelIndex k = degree; k >= 1; --k) {
+      const Vec d0 = 2.0 * x * d1 - d2 + c[k];
+      d2 = d1;
+      d1 = d0;
+    }
+    store(y + t, x * d1 - d2 + c[0]);
+  }
+  for (; t < n; ++t) {
+    const double x = scale * u[t] + shift;
+    double d1 = 0.0;
+    double d2 = 0.0;
+    for (KernelIndex k = degree; k >= 1; --k) {
+      const double d0 = 2.0 * x * d1 - d2 + c[k];
+      d2 = d1;
+      d1 = d0;
+    }
+    y[t] = x * d1 - d2 + c[0];
+  }
+}
+
+void chebyshev_tangents(const double* c, KernelIndex degree, double scale, double shift, const double* u, double* y,
+                        KernelIndex n, double* data, KernelIndex stride, KernelIndex upstream) {
+  for (KernelIndex t = 0; t < n; ++t) {
+    const double x = scale * u[t] + shift;
+    double* row = data + t * stride;
+    double* own = row + upstream;
+    // T_k' = k U_{k-1} with U_k = 2 x U_{k-1} - U_{k-2}.
+    double first_prev = 1.0;
+    double first = x;
+    double second_prev = 0.0;
+    double second = 1.0;
+    double slope = 0.0;
+    double value = c[0];
+    if (degree >= 1) {
+      value += c[1] * x;
+      slope = c[1];
+    }
+    double basis[64];
+    basis[0] = 1.0;
+    basis[1] = x;
+    for (KernelIndex k = 2; k <= degree; ++k) {
+      const double next = 2.0 * x * first - first_prev;
+      const double second_next = 2.0 * x * second - second_prev;
+      first_prev = first;
+      first = next;
+      second_prev = second;
+      second = second_next;
+      basis[k] = next;
+      value += c[k] * next;
+      slope += c[k] * static_cast<double>(k) * second_next;
+    }
+    y[t] = value;
+    const double factor = slope * scale;
+    for (KernelIndex k = 0; k < upstream; ++k) row[k] *= factor;
+    for (KernelIndex k = 0; k <= degree; ++k) own[k] = basis[k];
+  }
+}
+
+extern const Kernels kTable;
+const Kernels kTable = {BLOCKID_KERNEL_NAME, filter_signal, filter_columns,     all_pole_pair,
+                        add_gram,            chebyshev,     chebyshev_tangents, scale_rows};
+
+}  // namespace blockid::detail::BLOCKID_KERNEL_SET
