@@ -46,7 +46,7 @@ struct ParameterBounds {
 /// | parameter_names()               | (n_theta,) names                                      | theta1, theta2 ... |
 /// | initial_parameters()            | (n_theta,) a harmless start                           | zeros              |
 /// | is_linear()                     | superposition holds for x = 0                         | false              |
-/// | is_linear_in_parameters()       | y is linear in theta for given u and x = 0            | false              |
+/// | is_linear_in_parameters()       | y = y0(u) + Phi(u) theta for given u and x = 0        | false              |
 /// | frequency_response(theta, w)    | G(e^{jw}), w in radians a sample                      | none               |
 /// | latency()                       | samples by which the output lags on purpose           | 0                  |
 /// | adapted_to(v)                   | the block with range or knots placed for the signal v | itself             |
