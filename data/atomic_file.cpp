@@ -29,8 +29,7 @@ class TemporaryFile {
     static std::atomic<unsigned> serial{0};
     constexpr mode_t kBeforeUmask = 0666;
     for (int attempt = 0; attempt < 1000 && descriptor_ < 0; ++attempt) {
-      path_ = target.parent_path() /
-              compose(".", target.filename().string(), ".", ::getpid(), "-", serial++, ".tmp");
+      path_ = target.parent_path() / compose(".", target.filename().string(), ".", ::getpid(), "-", serial++, ".tmp");
       descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kBeforeUmask);
       if (descriptor_ < 0 && errno != EEXIST) break;
     }
@@ -52,8 +51,7 @@ class TemporaryFile {
   }
 
   void rename_to_target() {
-    if (::rename(path_.c_str(), target_.c_str()) != 0)
-      fail_write(target_, "renaming the temporary file");
+    if (::rename(path_.c_str(), target_.c_str()) != 0) fail_write(target_, "renaming the temporary file");
     path_.clear();
   }
 
@@ -75,8 +73,7 @@ void write_all(int descriptor, std::string_view content, const fs::path& path) {
 /// The rename itself survives a power cut only when the folder is flushed; some file systems
 /// refuse, which is no failure.
 void flush_folder(const fs::path& folder) {
-  const int descriptor =
-      ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
   ::fsync(descriptor);
   ::close(descriptor);
@@ -113,8 +110,7 @@ void write_file_atomically(const fs::path& path, std::string_view content) {
   if (exists && !S_ISREG(status.st_mode)) return write_directly(target, content);
 
   TemporaryFile temporary(target);
-  if (exists && ::fchmod(temporary.descriptor(), status.st_mode & 07777) != 0)
-    fail_write(path, "keeping permissions");
+  if (exists && ::fchmod(temporary.descriptor(), status.st_mode & 07777) != 0) fail_write(path, "keeping permissions");
   write_all(temporary.descriptor(), content, path);
   if (::fsync(temporary.descriptor()) != 0) fail_write(path, "flushing");
   temporary.close();
@@ -133,8 +129,7 @@ std::string read_file(const fs::path& path) {
   if (fs::is_regular_file(status)) content.reserve(fs::file_size(path, code));
   constexpr std::size_t kChunk = 1 << 16;
   std::string chunk(kChunk, '\0');
-  while (stream.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) ||
-         stream.gcount() > 0) {
+  while (stream.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || stream.gcount() > 0) {
     content.append(chunk, 0, static_cast<std::size_t>(stream.gcount()));
   }
   if (stream.bad()) fail(path.string(), ": cannot read: ", reason(errno));

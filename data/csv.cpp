@@ -69,8 +69,7 @@ class Parser {
     const CellCounts counts = count_kinds(cells_);
     if (counts.names > 0) return counts.numbers == 0;
     if (counts.numbers == 0 && counts.quoted_numbers > 0) {
-      fail(source_, ":", first_line_,
-           ": quoted numbers may be names or samples; say whether there is a header");
+      fail(source_, ":", first_line_, ": quoted numbers may be names or samples; say whether there is a header");
     }
     return false;
   }
@@ -100,8 +99,8 @@ class Parser {
   void read_row(const Line& line) {
     csv::split(line, separator_, source_, cells_);
     if (cells_.size() != table_.names.size()) {
-      fail(source_, ":", line.number, ": ragged row: expected ", table_.names.size(),
-           " cells as in line ", first_line_, ", came ", cells_.size());
+      fail(source_, ":", line.number, ": ragged row: expected ", table_.names.size(), " cells as in line ", first_line_,
+           ", came ", cells_.size());
     }
     for (std::size_t i = 0; i < cells_.size(); ++i) values_.push_back(read_sample(line, i));
     ++rows_;
@@ -127,8 +126,7 @@ class Parser {
 
   [[nodiscard]] std::string advice(const Line& line, std::string_view text) const {
     if (text.find(',') != std::string_view::npos) return " (decimals need a point, not a comma)";
-    if (line.number == first_line_)
-      return " (the line has numbers and names; say whether it is a header)";
+    if (line.number == first_line_) return " (the line has numbers and names; say whether it is a header)";
     return {};
   }
 
@@ -168,11 +166,9 @@ std::string list_columns(const Table& table) {
 Table parse_csv(std::string_view text, std::string_view source_name, const CsvOptions& options) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   check_separator(options, source_name);
-  if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark)
-    text.remove_prefix(kByteOrderMark.size());
+  if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) text.remove_prefix(kByteOrderMark.size());
   const std::size_t zero = text.find('\0');
-  if (zero != std::string_view::npos)
-    fail(source_name, ": not a text file (zero byte at offset ", zero, ")");
+  if (zero != std::string_view::npos) fail(source_name, ": not a text file (zero byte at offset ", zero, ")");
   return Parser(text, source_name, options).run();
 }
 
@@ -186,8 +182,7 @@ Eigen::Index column_index(const Table& table, std::string_view name_or_number) {
     const auto again = std::find(first + 1, table.names.end(), name_or_number);
     if (again != table.names.end()) {
       fail(table.source, ": column name '", name_or_number, "' occurs twice, in columns ",
-           first - table.names.begin() + 1, " and ", again - table.names.begin() + 1,
-           "; use the number");
+           first - table.names.begin() + 1, " and ", again - table.names.begin() + 1, "; use the number");
     }
     return first - table.names.begin();
   }

@@ -37,8 +37,7 @@ struct CsvOptions {
 /// @throws Error "source:line: column c: ..." for ragged rows, cells that are no number, non-finite
 /// samples (with their
 ///   zero-based index), unterminated quotes; also for text without data and for binary content.
-[[nodiscard]] Table parse_csv(std::string_view text, std::string_view source_name,
-                              const CsvOptions& options = {});
+[[nodiscard]] Table parse_csv(std::string_view text, std::string_view source_name, const CsvOptions& options = {});
 
 /// parse_csv of a file's content.
 [[nodiscard]] Table read_csv(const std::filesystem::path& path, const CsvOptions& options = {});

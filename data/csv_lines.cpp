@@ -12,9 +12,7 @@ namespace {
 constexpr std::string_view kBlanks = " \t";
 
 /// Tabs are no blanks where they separate.
-std::string_view blanks_beside(char separator) {
-  return separator == '\t' ? kBlanks.substr(0, 1) : kBlanks;
-}
+std::string_view blanks_beside(char separator) { return separator == '\t' ? kBlanks.substr(0, 1) : kBlanks; }
 
 std::string_view trim(std::string_view text, std::string_view blanks) {
   const std::size_t begin = text.find_first_not_of(blanks);
@@ -39,14 +37,11 @@ class Splitter {
  private:
   [[nodiscard]] bool at_quote() const { return at_ < text_.size() && text_[at_] == '"'; }
 
-  void skip(std::string_view blanks) {
-    at_ = std::min(text_.find_first_not_of(blanks, at_), text_.size());
-  }
+  void skip(std::string_view blanks) { at_ = std::min(text_.find_first_not_of(blanks, at_), text_.size()); }
 
   Cell plain_cell() {
     const std::size_t begin = at_;
-    at_ =
-        separator_ == kWhiteSpace ? text_.find_first_of(kBlanks, at_) : text_.find(separator_, at_);
+    at_ = separator_ == kWhiteSpace ? text_.find_first_of(kBlanks, at_) : text_.find(separator_, at_);
     at_ = std::min(at_, text_.size());
     return {trim(text_.substr(begin, at_ - begin), blanks_beside(separator_)), false};
   }
@@ -55,8 +50,7 @@ class Splitter {
     const std::size_t begin = ++at_;
     for (;; at_ += 2) {
       at_ = text_.find('"', at_);
-      if (at_ == std::string_view::npos)
-        fail(position(source_, line_, column_), ": quote without an end");
+      if (at_ == std::string_view::npos) fail(position(source_, line_, column_), ": quote without an end");
       if (at_ + 1 >= text_.size() || text_[at_ + 1] != '"') break;
     }
     const Cell cell{text_.substr(begin, at_ - begin), true};
@@ -69,8 +63,7 @@ class Splitter {
     skip(blanks_beside(separator_));
     if (at_ == text_.size()) return false;
     if (separator_ == kWhiteSpace && at_ > cell_end) return true;
-    if (text_[at_] != separator_)
-      fail(position(source_, line_, column_), ": text after the closing quote");
+    if (text_[at_] != separator_) fail(position(source_, line_, column_), ": text after the closing quote");
     ++at_;
     skip(blanks_beside(separator_));
     return true;
@@ -87,8 +80,7 @@ class Splitter {
 bool holds_only_numbers(const Line& line, std::string_view source) {
   std::vector<Cell> cells;
   split(line, kWhiteSpace, source, cells);
-  return std::all_of(cells.begin(), cells.end(),
-                     [](const Cell& cell) { return parse_number(cell.text).has_value(); });
+  return std::all_of(cells.begin(), cells.end(), [](const Cell& cell) { return parse_number(cell.text).has_value(); });
 }
 
 bool tabs_are_white_space(const Line& line, std::string_view source) {
@@ -118,8 +110,7 @@ std::optional<Line> LineReader::next() {
     const bool crlf = rest_.substr(end, 2) == "\r\n";
     rest_.remove_prefix(std::min(end + (crlf ? 2 : 1), rest_.size()));
     const std::size_t first = line.text.find_first_not_of(kBlanks);
-    if (first != std::string_view::npos && line.text[first] != '#' && line.text[first] != '%')
-      return line;
+    if (first != std::string_view::npos && line.text[first] != '#' && line.text[first] != '%') return line;
   }
   return std::nullopt;
 }
@@ -145,8 +136,7 @@ std::optional<double> parse_number(std::string_view text) {
 std::string name_of(const Cell& cell) {
   std::string name(cell.text);
   if (!cell.quoted) return name;
-  for (std::size_t at = name.find("\"\""); at != std::string::npos; at = name.find("\"\"", at + 1))
-    name.erase(at, 1);
+  for (std::size_t at = name.find("\"\""); at != std::string::npos; at = name.find("\"\"", at + 1)) name.erase(at, 1);
   return name;
 }
 
@@ -159,8 +149,7 @@ char guess_separator(std::string_view text, std::string_view source) {
   for (const char candidate : {';', ','}) {
     if (occurs_outside_quotes(candidate, line->text)) return candidate;
   }
-  if (!occurs_outside_quotes('\t', line->text) || tabs_are_white_space(*line, source))
-    return kWhiteSpace;
+  if (!occurs_outside_quotes('\t', line->text) || tabs_are_white_space(*line, source)) return kWhiteSpace;
   return '\t';
 }
 

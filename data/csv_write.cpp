@@ -18,8 +18,7 @@ void append_number(std::string& text, double value) {
 }
 
 bool needs_quotes(std::string_view name) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
+  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
   return name.empty() || name.find_first_not_of(kPlain) != std::string_view::npos ||
          csv::parse_number(name).has_value();
 }
@@ -63,8 +62,6 @@ std::string to_csv(const Table& table) {
   return text;
 }
 
-void write_csv(const std::filesystem::path& path, const Table& table) {
-  write_file_atomically(path, to_csv(table));
-}
+void write_csv(const std::filesystem::path& path, const Table& table) { write_file_atomically(path, to_csv(table)); }
 
 }  // namespace blockid

@@ -17,8 +17,7 @@ Eigen::Index parse_bound(std::string_view bound, std::string_view text, Eigen::I
   Eigen::Index value = 0;
   const char* const end = bound.data() + bound.size();
   const auto result = std::from_chars(bound.data(), end, value);
-  if (result.ec != std::errc() || result.ptr != end || value < 0)
-    fail(expectation(text), ", came '", bound, "'");
+  if (result.ec != std::errc() || result.ptr != end || value < 0) fail(expectation(text), ", came '", bound, "'");
   return value;
 }
 
@@ -27,8 +26,7 @@ Eigen::Index parse_bound(std::string_view bound, std::string_view text, Eigen::I
 Range parse_range(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos) fail(expectation(text), "; there is no colon");
-  const Range range{parse_bound(text.substr(0, colon), text, 0),
-                    parse_bound(text.substr(colon + 1), text, kToEnd)};
+  const Range range{parse_bound(text.substr(0, colon), text, 0), parse_bound(text.substr(colon + 1), text, kToEnd)};
   if (range.begin >= range.end) fail(expectation(text), "; this one is empty");
   return range;
 }
@@ -68,8 +66,7 @@ void check(const DataSet& data) {
     }
     if (data.records[i].sample_time_s != data.records[0].sample_time_s) {
       fail("data set, position ", i, ": ", describe(data.records[i]), ": sample time is ",
-           data.records[i].sample_time_s, " s, expected ", data.records[0].sample_time_s,
-           " s as in position 0");
+           data.records[i].sample_time_s, " s, expected ", data.records[0].sample_time_s, " s as in position 0");
     }
   }
 }
@@ -80,8 +77,7 @@ void check_excitation(const DataSet& data) {
     return record.u.size() == 0 || (record.u.array() == record.u[0]).all();
   };
   if (std::all_of(data.records.begin(), data.records.end(), is_constant)) {
-    fail("data set: constant input in each of the ", data.records.size(),
-         " records excites no dynamics");
+    fail("data set: constant input in each of the ", data.records.size(), " records excites no dynamics");
   }
 }
 
@@ -89,8 +85,8 @@ void check_sample_count(const DataSet& data, Eigen::Index parameter_count) {
   if (data.records.size() == 1) return check_sample_count(data.records[0], parameter_count);
   const Eigen::Index present = present_count(data);
   if (present < parameter_count) {
-    fail("data set: fewer samples than parameters: ", present, " output samples in ",
-         data.records.size(), " records for ", parameter_count, " parameters");
+    fail("data set: fewer samples than parameters: ", present, " output samples in ", data.records.size(),
+         " records for ", parameter_count, " parameters");
   }
 }
 

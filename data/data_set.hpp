@@ -37,11 +37,8 @@ struct DataSet {
   std::vector<Record> records;
 
   DataSet() = default;
-  DataSet(Record record) {
-    records.push_back(std::move(record));
-  }  // NOLINT(google-explicit-constructor)
-  DataSet(std::vector<Record> list)
-      : records(std::move(list)) {}  // NOLINT(google-explicit-constructor)
+  DataSet(Record record) { records.push_back(std::move(record)); }  // NOLINT(google-explicit-constructor)
+  DataSet(std::vector<Record> list) : records(std::move(list)) {}   // NOLINT(google-explicit-constructor)
 };
 
 /// Sum of the record lengths.

@@ -13,36 +13,32 @@ void check_sizes(const FrequencyResponse& g) {
   const Eigen::Index count = g.omega_rad_s.size();
   if (count == 0) fail("frequency response: empty, expected at least one frequency");
   if (g.response.size() != count) {
-    fail("frequency response: unequal lengths: ", count, " frequencies, ", g.response.size(),
-         " responses");
+    fail("frequency response: unequal lengths: ", count, " frequencies, ", g.response.size(), " responses");
   }
   if (g.standard_deviation.size() != 0 && g.standard_deviation.size() != count) {
-    fail("frequency response: unequal lengths: ", count, " frequencies, ",
-         g.standard_deviation.size(), " standard deviations");
+    fail("frequency response: unequal lengths: ", count, " frequencies, ", g.standard_deviation.size(),
+         " standard deviations");
   }
   if (!(std::isfinite(g.sample_time_s) && g.sample_time_s >= 0)) {
-    fail("frequency response: sample time is ", g.sample_time_s,
-         " s, expected 0 (continuous) or positive");
+    fail("frequency response: sample time is ", g.sample_time_s, " s, expected 0 (continuous) or positive");
   }
 }
 
 void check_frequencies(const FrequencyResponse& g) {
   // 1e-9: a grid that ends on the Nyquist frequency may exceed it by rounding.
-  const double limit =
-      g.sample_time_s > 0 ? std::numbers::pi / g.sample_time_s * (1 + 1e-9) : INFINITY;
+  const double limit = g.sample_time_s > 0 ? std::numbers::pi / g.sample_time_s * (1 + 1e-9) : INFINITY;
   for (Eigen::Index k = 0; k < g.omega_rad_s.size(); ++k) {
     const double omega = g.omega_rad_s[k];
     if (!std::isfinite(omega) || omega < 0) {
-      fail("frequency response: frequency at index ", k, " is ", omega,
-           " rad/s, expected finite and >= 0");
+      fail("frequency response: frequency at index ", k, " is ", omega, " rad/s, expected finite and >= 0");
     }
     if (k > 0 && omega <= g.omega_rad_s[k - 1]) {
-      fail("frequency response: frequency at index ", k, " is ", omega,
-           " rad/s, expected above its predecessor ", g.omega_rad_s[k - 1]);
+      fail("frequency response: frequency at index ", k, " is ", omega, " rad/s, expected above its predecessor ",
+           g.omega_rad_s[k - 1]);
     }
     if (omega > limit) {
-      fail("frequency response: frequency at index ", k, " is ", omega,
-           " rad/s, above the Nyquist frequency ", std::numbers::pi / g.sample_time_s);
+      fail("frequency response: frequency at index ", k, " is ", omega, " rad/s, above the Nyquist frequency ",
+           std::numbers::pi / g.sample_time_s);
     }
   }
 }
@@ -65,9 +61,7 @@ void check(const FrequencyResponse& g) {
   }
 }
 
-Eigen::VectorXd magnitude_db(const FrequencyResponse& g) {
-  return 20.0 * g.response.array().abs().log10();
-}
+Eigen::VectorXd magnitude_db(const FrequencyResponse& g) { return 20.0 * g.response.array().abs().log10(); }
 
 Eigen::VectorXd phase_deg(const FrequencyResponse& g) {
   constexpr double kTurn = 360.0;

@@ -7,8 +7,7 @@ namespace blockid {
 /// Measured or computed frequency response G_k at omega_k, k = 0..F-1; G(j omega) when continuous,
 /// G(e^{j omega sample_time_s}) when discrete.
 struct FrequencyResponse {
-  Eigen::VectorXd
-      omega_rad_s;  ///< (F,) strictly increasing, >= 0, at most pi / sample_time_s when discrete
+  Eigen::VectorXd omega_rad_s;         ///< (F,) strictly increasing, >= 0, at most pi / sample_time_s when discrete
   Eigen::VectorXcd response;           ///< (F,)
   Eigen::VectorXd standard_deviation;  ///< (F,) of |G_k - E G_k|, >= 0, or empty when unknown
   double sample_time_s = 0.0;          ///< 0 when continuous

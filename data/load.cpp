@@ -16,8 +16,7 @@ namespace fs = std::filesystem;
 /// Either kind of file, parsed once and asked for several signals.
 class DataFile {
  public:
-  DataFile(const fs::path& path, const CsvOptions& csv)
-      : source_(path.string()), content_(open(path, csv)) {}
+  DataFile(const fs::path& path, const CsvOptions& csv) : source_(path.string()), content_(open(path, csv)) {}
 
   [[nodiscard]] Eigen::VectorXd signal(std::string_view name) const {
     if (const auto* const table = std::get_if<Table>(&content_)) return column(*table, name);
@@ -28,8 +27,8 @@ class DataFile {
     if (const auto* const file = std::get_if<MatFile>(&content_)) return file->scalar(name);
     const Eigen::VectorXd values = signal(name);
     if ((values.array() != values[0]).any()) {
-      fail(source_, ": column '", name, "' varies from ", values.minCoeff(), " to ",
-           values.maxCoeff(), ", expected one number");
+      fail(source_, ": column '", name, "' varies from ", values.minCoeff(), " to ", values.maxCoeff(),
+           ", expected one number");
     }
     return values[0];
   }
@@ -93,10 +92,8 @@ double sample_time_of(const LoadSpec& spec, const DataFile& file) {
   };
   if (spec.sample_time_s) return positive(*spec.sample_time_s, "sample time");
   if (spec.rate_hz) return 1.0 / positive(*spec.rate_hz, "sampling rate");
-  if (spec.rate_from)
-    return 1.0 / positive(file.number(*spec.rate_from), "sampling rate '" + *spec.rate_from + "'");
-  return positive(file.number(*spec.sample_time_from),
-                  "sample time '" + *spec.sample_time_from + "'");
+  if (spec.rate_from) return 1.0 / positive(file.number(*spec.rate_from), "sampling rate '" + *spec.rate_from + "'");
+  return positive(file.number(*spec.sample_time_from), "sample time '" + *spec.sample_time_from + "'");
 }
 
 /// Weights stay empty unless a sample is missing.
@@ -121,8 +118,7 @@ ColumnInfo statistics(ColumnInfo info, const Eigen::Ref<const Eigen::ArrayXd>& v
   return info;
 }
 
-ColumnInfo without_statistics(const std::string& name, Eigen::Index rows, Eigen::Index cols,
-                              const std::string& type) {
+ColumnInfo without_statistics(const std::string& name, Eigen::Index rows, Eigen::Index cols, const std::string& type) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   return {name, rows, cols, type, kNone, kNone, kNone, kNone, 0};
 }
@@ -131,8 +127,8 @@ std::vector<ColumnInfo> describe_table(const Table& table) {
   std::vector<ColumnInfo> columns;
   for (Eigen::Index j = 0; j < table.values.cols(); ++j) {
     const std::string& name = table.names[static_cast<std::size_t>(j)];
-    columns.push_back(statistics(without_statistics(name, table.values.rows(), 1, "double"),
-                                 table.values.col(j).array()));
+    columns.push_back(
+        statistics(without_statistics(name, table.values.rows(), 1, "double"), table.values.col(j).array()));
   }
   return columns;
 }
@@ -140,12 +136,9 @@ std::vector<ColumnInfo> describe_table(const Table& table) {
 std::vector<ColumnInfo> describe_mat(const MatFile& file) {
   std::vector<ColumnInfo> columns;
   for (const MatVariable& variable : file.variables()) {
-    const ColumnInfo info =
-        without_statistics(variable.name, variable.rows, variable.cols, variable.type);
-    const bool readable =
-        variable.numeric && variable.rows > 0 && variable.cols > 0 && variable.rank == 2;
-    columns.push_back(readable ? statistics(info, file.matrix(variable.name).reshaped().array())
-                               : info);
+    const ColumnInfo info = without_statistics(variable.name, variable.rows, variable.cols, variable.type);
+    const bool readable = variable.numeric && variable.rows > 0 && variable.cols > 0 && variable.rank == 2;
+    columns.push_back(readable ? statistics(info, file.matrix(variable.name).reshaped().array()) : info);
   }
   return columns;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "blockid/data/error.hpp"
+#include "blockid/data/mat_integrity.hpp"
 #include "blockid/data/mat_name.hpp"
 
 namespace blockid {
@@ -98,8 +99,7 @@ bool is_numeric_class(const matvar_t& variable) {
 }
 
 Eigen::Index row_count(const matvar_t& variable) {
-  return variable.rank > 0 && variable.dims != nullptr ? static_cast<Eigen::Index>(variable.dims[0])
-                                                       : 0;
+  return variable.rank > 0 && variable.dims != nullptr ? static_cast<Eigen::Index>(variable.dims[0]) : 0;
 }
 
 Eigen::Index column_count(const matvar_t& variable) {
@@ -125,15 +125,13 @@ matvar_t* field(const matvar_t& variable, const std::string& name, std::size_t e
 }
 
 void list(const std::string& name, const matvar_t& variable, std::vector<MatVariable>& found) {
-  constexpr std::size_t kMostElements =
-      16;  // a longer struct array is a data base, not a few records
+  constexpr std::size_t kMostElements = 16;  // a longer struct array is a data base, not a few records
   const std::size_t elements = element_count(variable);
   const std::vector<std::string> fields =
       variable.class_type == MAT_C_STRUCT ? field_names(variable) : std::vector<std::string>();
   if (fields.empty() || elements == 0 || elements > kMostElements) {
     const bool numeric = is_numeric_class(variable) && variable.isComplex == 0;
-    found.push_back({name, row_count(variable), column_count(variable), type_of(variable),
-                     variable.rank, numeric});
+    found.push_back({name, row_count(variable), column_count(variable), type_of(variable), variable.rank, numeric});
     return;
   }
   for (std::size_t k = 0; k < elements; ++k) {
@@ -148,8 +146,7 @@ void list(const std::string& name, const matvar_t& variable, std::vector<MatVari
 template <class T>
 Eigen::MatrixXd converted(const matvar_t& variable) {
   using Source = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
-  return Eigen::Map<const Source>(static_cast<const T*>(variable.data), row_count(variable),
-                                  column_count(variable))
+  return Eigen::Map<const Source>(static_cast<const T*>(variable.data), row_count(variable), column_count(variable))
       .template cast<double>();
 }
 
@@ -182,12 +179,17 @@ Eigen::MatrixXd to_matrix(const matvar_t& variable) {
 
 class MatFile::Impl {
  public:
-  explicit Impl(const std::filesystem::path& path) : source_(path.string()) {
+  explicit Impl(const std::filesystem::path& path) : path_(path), source_(path.string()) {
     std::error_code code;
     if (!std::filesystem::exists(path, code)) fail(source_, ": cannot read: no such file");
     if (std::filesystem::is_directory(path, code)) fail(source_, ": cannot read: is a folder");
     file_.reset(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
     if (!file_) fail(source_, ": cannot read: not a MAT file, or damaged");
+    if (Mat_GetVersion(file_.get()) == MAT_FT_MAT73) {
+      check_hdf5();
+    } else {
+      mat::check_not_truncated(path);
+    }
   }
 
   [[nodiscard]] std::vector<MatVariable> variables() {
@@ -221,13 +223,11 @@ class MatFile::Impl {
     if (!is_numeric_class(value) || value.isComplex != 0) {
       fail(source_, ": '", name, "' holds ", type, " data, expected real numbers in a full matrix");
     }
-    if (value.rank != 2)
-      fail(source_, ": '", name, "' has ", value.rank, " dimensions, expected 2");
+    if (value.rank != 2) fail(source_, ": '", name, "' has ", value.rank, " dimensions, expected 2");
     if (element_count(value) == 0) {
       fail(source_, ": '", name, "' is empty (", row_count(value), " x ", column_count(value), ")");
     }
-    if (value.data == nullptr ||
-        value.nbytes < element_count(value) * Mat_SizeOfClass(value.class_type)) {
+    if (value.data == nullptr || value.nbytes < element_count(value) * Mat_SizeOfClass(value.class_type)) {
       fail(source_, ": '", name, "' cannot be read; the file is damaged");
     }
     return to_matrix(value);
@@ -242,10 +242,25 @@ class MatFile::Impl {
       last_.reset();
       const Variable info(Mat_VarReadInfo(file_.get(), variable_name.c_str()));
       if (!info) fail_unknown(name);
+      verify_once();
       last_.reset(Mat_VarRead(file_.get(), variable_name.c_str()));
       if (!last_) fail(source_, ": '", name, "' cannot be read; the file is damaged");
     }
     return *last_;
+  }
+
+  /// matio takes a truncated HDF5 file for one without variables.
+  void check_hdf5() const {
+    const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    if (file < 0) fail(source_, ": cannot read: truncated or damaged HDF5 file (MAT v7.3)");
+    H5Fclose(file);
+  }
+
+  /// Listing variables does not need it, and it takes as long as reading the file.
+  void verify_once() {
+    if (verified_) return;
+    mat::check_compressed_data(path_);
+    verified_ = true;
   }
 
   [[noreturn]] void fail_unknown(std::string_view name) {
@@ -253,14 +268,16 @@ class MatFile::Impl {
     const std::vector<MatVariable> found = variables();
     std::string names;
     for (std::size_t i = 0; i < std::min(found.size(), kMostNames); ++i) {
-      names += compose(i == 0 ? "" : ", ", found[i].name, " (", found[i].rows, " x ", found[i].cols,
-                       " ", found[i].type, ")");
+      names += compose(i == 0 ? "" : ", ", found[i].name, " (", found[i].rows, " x ", found[i].cols, " ", found[i].type,
+                       ")");
     }
     if (found.size() > kMostNames) names += ", ...";
     fail(source_, ": no variable '", name, "'; the file holds ", names.empty() ? "nothing" : names);
   }
 
+  std::filesystem::path path_;
   std::string source_;
+  bool verified_ = false;
   File file_;
   Variable last_;
 };
@@ -291,8 +308,7 @@ std::vector<MatVariable> MatFile::variables() const {
 Eigen::MatrixXd MatFile::matrix(std::string_view name) const {
   const LibraryGuard guard;
   const std::vector<NamePart> path = mat::parse_name(name, impl_->source());
-  if (path.back().index)
-    fail(impl_->source(), ": '", name, "' is one column, expected the name of a whole matrix");
+  if (path.back().index) fail(impl_->source(), ": '", name, "' is one column, expected the name of a whole matrix");
   return impl_->numbers(impl_->find(path, name), name);
 }
 
@@ -308,8 +324,8 @@ Eigen::VectorXd MatFile::vector(std::string_view name) const {
   }
   const std::size_t k = path.back().index.value_or(0);
   if (k >= static_cast<std::size_t>(columns)) {
-    fail(impl_->source(), ": '", name, "': column outside 0 to ", columns - 1, " of a ",
-         values.rows(), " x ", values.cols(), is_vector ? " vector" : " matrix");
+    fail(impl_->source(), ": '", name, "': column outside 0 to ", columns - 1, " of a ", values.rows(), " x ",
+         values.cols(), is_vector ? " vector" : " matrix");
   }
   if (is_vector) return values.reshaped();
   return values.col(static_cast<Eigen::Index>(k));
@@ -317,21 +333,16 @@ Eigen::VectorXd MatFile::vector(std::string_view name) const {
 
 double MatFile::scalar(std::string_view name) const {
   const Eigen::VectorXd values = vector(name);
-  if (values.size() != 1)
-    fail(impl_->source(), ": '", name, "' has ", values.size(), " elements, expected one number");
+  if (values.size() != 1) fail(impl_->source(), ": '", name, "' has ", values.size(), " elements, expected one number");
   return values[0];
 }
 
-std::vector<MatVariable> list_mat(const std::filesystem::path& path) {
-  return MatFile(path).variables();
-}
+std::vector<MatVariable> list_mat(const std::filesystem::path& path) { return MatFile(path).variables(); }
 
 Eigen::VectorXd read_mat_vector(const std::filesystem::path& path, std::string_view name) {
   return MatFile(path).vector(name);
 }
 
-double read_mat_scalar(const std::filesystem::path& path, std::string_view name) {
-  return MatFile(path).scalar(name);
-}
+double read_mat_scalar(const std::filesystem::path& path, std::string_view name) { return MatFile(path).scalar(name); }
 
 }  // namespace blockid

@@ -11,14 +11,12 @@ namespace blockid {
 
 /// What a MAT file holds under one name.
 struct MatVariable {
-  std::string
-      name;  ///< "x", a struct field "s.x", or a field "s[k].x" of element k of a struct array
-  Eigen::Index rows =
-      0;  ///< rows x cols; for more than two dimensions cols is the product of all but the first
+  std::string name;       ///< "x", a struct field "s.x", or a field "s[k].x" of element k of a struct array
+  Eigen::Index rows = 0;  ///< rows x cols; for more than two dimensions cols is the product of all but the first
   Eigen::Index cols = 0;
-  std::string type;  ///< MATLAB class: "double", "int16", "char", "cell", ...; "complex double",
-                     ///< "sparse", "logical"
-  int rank = 2;      ///< number of dimensions
+  std::string type;      ///< MATLAB class: "double", "int16", "char", "cell", ...; "complex double",
+                         ///< "sparse", "logical"
+  int rank = 2;          ///< number of dimensions
   bool numeric = false;  ///< real numbers in a full matrix: readable by the functions below
 };
 
@@ -30,7 +28,7 @@ struct MatVariable {
 /// thread-safe.
 class MatFile {
  public:
-  /// @throws Error when the file is missing or no MAT file.
+  /// @throws Error when the file is missing, truncated or no MAT file.
   explicit MatFile(const std::filesystem::path& path);
   ~MatFile();
   MatFile(MatFile&&) noexcept;
@@ -63,8 +61,7 @@ class MatFile {
 [[nodiscard]] std::vector<MatVariable> list_mat(const std::filesystem::path& path);
 
 /// MatFile(path).vector(name)
-[[nodiscard]] Eigen::VectorXd read_mat_vector(const std::filesystem::path& path,
-                                              std::string_view name);
+[[nodiscard]] Eigen::VectorXd read_mat_vector(const std::filesystem::path& path, std::string_view name);
 
 /// MatFile(path).scalar(name)
 [[nodiscard]] double read_mat_scalar(const std::filesystem::path& path, std::string_view name);

@@ -19,8 +19,7 @@ NamePart parse_part(std::string_view part, std::string_view text, std::string_vi
     well_formed = number.ec == std::errc() && end - number.ptr == 1 && *number.ptr == ']';
     result.index = index;
   }
-  if (!well_formed)
-    fail(where, ": '", text, "' is no variable name: expected name, struct.field or name[k]");
+  if (!well_formed) fail(where, ": '", text, "' is no variable name: expected name, struct.field or name[k]");
   return result;
 }
 

@@ -10,8 +10,7 @@ namespace {
 
 using Signal = Eigen::Ref<const Eigen::VectorXd>;
 
-void check_arguments(const Signal& y, const Signal& yhat, Eigen::Index warmup,
-                     const Eigen::VectorXd& weights) {
+void check_arguments(const Signal& y, const Signal& yhat, Eigen::Index warmup, const Eigen::VectorXd& weights) {
   if (yhat.size() != y.size()) {
     fail("metrics: unequal lengths: ", y.size(), " measured samples, ", yhat.size(), " simulated");
   }
@@ -19,15 +18,14 @@ void check_arguments(const Signal& y, const Signal& yhat, Eigen::Index warmup,
     fail("metrics: unequal lengths: ", y.size(), " measured samples, ", weights.size(), " weights");
   }
   if (warmup < 0 || warmup >= y.size()) {
-    fail("metrics: no sample to score: warm-up is ", warmup, ", expected 0 to ", y.size() - 1,
-         " for ", y.size(), " samples");
+    fail("metrics: no sample to score: warm-up is ", warmup, ", expected 0 to ", y.size() - 1, " for ", y.size(),
+         " samples");
   }
 }
 
 bool is_scored(const Eigen::VectorXd& weights, Eigen::Index t) {
   if (weights.size() == 0) return true;
-  if (!(weights[t] >= 0))
-    fail("metrics: weight at sample index ", t, " is ", weights[t], ", expected >= 0");
+  if (!(weights[t] >= 0)) fail("metrics: weight at sample index ", t, " is ", weights[t], ", expected >= 0");
   return weights[t] > 0;
 }
 
@@ -36,19 +34,16 @@ struct Scored {
   Eigen::ArrayXd error;
 };
 
-Scored select_scored(const Signal& y, const Signal& yhat, Eigen::Index warmup,
-                     const Eigen::VectorXd& weights) {
+Scored select_scored(const Signal& y, const Signal& yhat, Eigen::Index warmup, const Eigen::VectorXd& weights) {
   Scored scored{Eigen::ArrayXd(y.size() - warmup), Eigen::ArrayXd(y.size() - warmup)};
   Eigen::Index count = 0;
   for (Eigen::Index t = warmup; t < y.size(); ++t) {
     if (!is_scored(weights, t)) continue;
-    if (!std::isfinite(y[t]))
-      fail("metrics: non-finite measured output at sample index ", t, ": ", y[t]);
+    if (!std::isfinite(y[t])) fail("metrics: non-finite measured output at sample index ", t, ": ", y[t]);
     scored.y[count] = y[t];
     scored.error[count++] = y[t] - yhat[t];
   }
-  if (count == 0)
-    fail("metrics: no sample to score: all ", y.size() - warmup, " after the warm-up are missing");
+  if (count == 0) fail("metrics: no sample to score: all ", y.size() - warmup, " after the warm-up are missing");
   scored.y.conservativeResize(count);
   scored.error.conservativeResize(count);
   return scored;
@@ -62,8 +57,7 @@ double ratio(double numerator, double denominator) {
 
 }  // namespace
 
-Metrics evaluate_metrics(const Signal& y, const Signal& yhat, Eigen::Index warmup,
-                         const Eigen::VectorXd& weights) {
+Metrics evaluate_metrics(const Signal& y, const Signal& yhat, Eigen::Index warmup, const Eigen::VectorXd& weights) {
   check_arguments(y, yhat, warmup, weights);
   const Scored scored = select_scored(y, yhat, warmup, weights);
   // The mean of equal samples may differ from them by rounding, so constancy is tested on the
@@ -83,33 +77,27 @@ Metrics evaluate_metrics(const Signal& y, const Signal& yhat, Eigen::Index warmu
   return metrics;
 }
 
-double rmse(const Signal& y, const Signal& yhat, Eigen::Index warmup,
-            const Eigen::VectorXd& weights) {
+double rmse(const Signal& y, const Signal& yhat, Eigen::Index warmup, const Eigen::VectorXd& weights) {
   return evaluate_metrics(y, yhat, warmup, weights).rmse;
 }
 
-double nrmse(const Signal& y, const Signal& yhat, Eigen::Index warmup,
-             const Eigen::VectorXd& weights) {
+double nrmse(const Signal& y, const Signal& yhat, Eigen::Index warmup, const Eigen::VectorXd& weights) {
   return evaluate_metrics(y, yhat, warmup, weights).nrmse;
 }
 
-double fit_percent(const Signal& y, const Signal& yhat, Eigen::Index warmup,
-                   const Eigen::VectorXd& weights) {
+double fit_percent(const Signal& y, const Signal& yhat, Eigen::Index warmup, const Eigen::VectorXd& weights) {
   return evaluate_metrics(y, yhat, warmup, weights).fit_percent;
 }
 
-double r2(const Signal& y, const Signal& yhat, Eigen::Index warmup,
-          const Eigen::VectorXd& weights) {
+double r2(const Signal& y, const Signal& yhat, Eigen::Index warmup, const Eigen::VectorXd& weights) {
   return evaluate_metrics(y, yhat, warmup, weights).r2;
 }
 
-double vaf(const Signal& y, const Signal& yhat, Eigen::Index warmup,
-           const Eigen::VectorXd& weights) {
+double vaf(const Signal& y, const Signal& yhat, Eigen::Index warmup, const Eigen::VectorXd& weights) {
   return evaluate_metrics(y, yhat, warmup, weights).vaf;
 }
 
-double mae(const Signal& y, const Signal& yhat, Eigen::Index warmup,
-           const Eigen::VectorXd& weights) {
+double mae(const Signal& y, const Signal& yhat, Eigen::Index warmup, const Eigen::VectorXd& weights) {
   return evaluate_metrics(y, yhat, warmup, weights).mae;
 }
 

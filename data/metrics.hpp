@@ -30,39 +30,33 @@ struct Metrics {
 /// y_t (with its index) and
 ///   when no sample is left to score.
 [[nodiscard]] Metrics evaluate_metrics(const Eigen::Ref<const Eigen::VectorXd>& y,
-                                       const Eigen::Ref<const Eigen::VectorXd>& yhat,
-                                       Eigen::Index warmup = 0,
+                                       const Eigen::Ref<const Eigen::VectorXd>& yhat, Eigen::Index warmup = 0,
                                        const Eigen::VectorXd& weights = {});
 
 /// sqrt(sum e_t^2 / n). Parameters, limits and errors of this and the functions below:
 /// evaluate_metrics.
-[[nodiscard]] double rmse(const Eigen::Ref<const Eigen::VectorXd>& y,
-                          const Eigen::Ref<const Eigen::VectorXd>& yhat, Eigen::Index warmup = 0,
-                          const Eigen::VectorXd& weights = {});
+[[nodiscard]] double rmse(const Eigen::Ref<const Eigen::VectorXd>& y, const Eigen::Ref<const Eigen::VectorXd>& yhat,
+                          Eigen::Index warmup = 0, const Eigen::VectorXd& weights = {});
 
 /// rmse / std(y)
-[[nodiscard]] double nrmse(const Eigen::Ref<const Eigen::VectorXd>& y,
-                           const Eigen::Ref<const Eigen::VectorXd>& yhat, Eigen::Index warmup = 0,
-                           const Eigen::VectorXd& weights = {});
+[[nodiscard]] double nrmse(const Eigen::Ref<const Eigen::VectorXd>& y, const Eigen::Ref<const Eigen::VectorXd>& yhat,
+                           Eigen::Index warmup = 0, const Eigen::VectorXd& weights = {});
 
 /// 100 (1 - nrmse)
 [[nodiscard]] double fit_percent(const Eigen::Ref<const Eigen::VectorXd>& y,
-                                 const Eigen::Ref<const Eigen::VectorXd>& yhat,
-                                 Eigen::Index warmup = 0, const Eigen::VectorXd& weights = {});
+                                 const Eigen::Ref<const Eigen::VectorXd>& yhat, Eigen::Index warmup = 0,
+                                 const Eigen::VectorXd& weights = {});
 
 /// 1 - sum e_t^2 / sum (y_t - mean y)^2
-[[nodiscard]] double r2(const Eigen::Ref<const Eigen::VectorXd>& y,
-                        const Eigen::Ref<const Eigen::VectorXd>& yhat, Eigen::Index warmup = 0,
-                        const Eigen::VectorXd& weights = {});
+[[nodiscard]] double r2(const Eigen::Ref<const Eigen::VectorXd>& y, const Eigen::Ref<const Eigen::VectorXd>& yhat,
+                        Eigen::Index warmup = 0, const Eigen::VectorXd& weights = {});
 
 /// 100 (1 - var(e) / var(y)), in percent
-[[nodiscard]] double vaf(const Eigen::Ref<const Eigen::VectorXd>& y,
-                         const Eigen::Ref<const Eigen::VectorXd>& yhat, Eigen::Index warmup = 0,
-                         const Eigen::VectorXd& weights = {});
+[[nodiscard]] double vaf(const Eigen::Ref<const Eigen::VectorXd>& y, const Eigen::Ref<const Eigen::VectorXd>& yhat,
+                         Eigen::Index warmup = 0, const Eigen::VectorXd& weights = {});
 
 /// sum |e_t| / n
-[[nodiscard]] double mae(const Eigen::Ref<const Eigen::VectorXd>& y,
-                         const Eigen::Ref<const Eigen::VectorXd>& yhat, Eigen::Index warmup = 0,
-                         const Eigen::VectorXd& weights = {});
+[[nodiscard]] double mae(const Eigen::Ref<const Eigen::VectorXd>& y, const Eigen::Ref<const Eigen::VectorXd>& yhat,
+                         Eigen::Index warmup = 0, const Eigen::VectorXd& weights = {});
 
 }  // namespace blockid
