@@ -46,6 +46,10 @@ void check(const Model& model) {
     fail("model: the chain has ", model.chain.state_count(), " states, got an initial state of ",
          model.initial_state.size());
   }
+  if (model.standard_deviations.size() != 0 && model.standard_deviations.size() != expected) {
+    fail("model: the chain has ", expected, " parameters, got ", model.standard_deviations.size(),
+         " standard deviations");
+  }
   if (!(model.sample_time_s > 0.0) || !std::isfinite(model.sample_time_s)) {
     fail("model: sample time must be positive, got ", model.sample_time_s, " s");
   }
@@ -87,7 +91,10 @@ Model adapt_structure(const Model& model, const Eigen::VectorXd& u) {
   if (series == nullptr) {
     Model adapted = model;
     adapted.chain = model.chain.adapted_to(view(u));
-    if (adapted.chain.arguments() != model.chain.arguments()) adapted.parameters = adapted.chain.initial_parameters();
+    if (adapted.chain.arguments() != model.chain.arguments()) {
+      adapted.parameters = adapted.chain.initial_parameters();
+      adapted.standard_deviations.resize(0);
+    }
     return adapted;
   }
   std::vector<LabelledBlock> blocks;
@@ -105,6 +112,7 @@ Model adapt_structure(const Model& model, const Eigen::VectorXd& u) {
   }
   Model adapted = model;
   adapted.chain = Series(std::move(blocks));
+  adapted.standard_deviations.resize(0);
   adapted.parameters = Eigen::Map<const Eigen::VectorXd>(theta.data(), static_cast<Index>(theta.size()));
   return adapted;
 }

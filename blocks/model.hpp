@@ -19,6 +19,8 @@ struct Model {
   double sample_time_s = 1.0;
   /// (n_x,) state at the first sample, or empty for rest.
   Eigen::VectorXd initial_state = {};
+  /// (n_theta,) of the parameters, zero for those held by convention; empty when unknown.
+  Eigen::VectorXd standard_deviations = {};
   std::string input_name = "u";
   std::string output_name = "y";
   std::string input_unit = {};

@@ -1,0 +1,143 @@
+#include <blockid/estimators/gauges.hpp>
+
+#include <blockid/blocks/parallel.hpp>
+#include <blockid/blocks/series.hpp>
+
+#include <algorithm>
+#include <optional>
+#include <span>
+
+namespace blockid {
+namespace {
+
+std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+
+/// One block of a row with its numbers.
+struct Link {
+  std::string label;
+  AnyBlock block;
+  Eigen::VectorXd theta;
+  Index offset;
+};
+
+std::vector<Link> links(const std::vector<LabelledBlock>& children, const Eigen::VectorXd& theta) {
+  std::vector<Link> result;
+  Index offset = 0;
+  for (const LabelledBlock& child : children) {
+    const Index count = child.block.parameter_count();
+    result.push_back({child.label, child.block, theta.segment(offset, count), offset});
+    offset += count;
+  }
+  return result;
+}
+
+bool has_gain(const Link& link) { return link.block.is_linear() && link.block.gain_parameter(view(link.theta)); }
+
+/// Delays pass a gain on without holding one themselves.
+bool passes_gain(const Link& link) { return link.block.is_linear() && link.block.parameter_count() == 0; }
+
+enum class Side { input, output };
+
+/// Who takes up the gain that a linear block gives away.
+struct Absorber {
+  std::size_t position;
+  Side side;
+};
+
+std::optional<Absorber> absorber_of(const std::vector<Link>& row, std::size_t position) {
+  std::size_t next = position + 1;
+  while (next < row.size() && passes_gain(row[next])) ++next;
+  if (next < row.size()) {
+    if (has_gain(row[next])) return Absorber{next, Side::output};
+    if (!row[next].block.is_linear() && row[next].block.with_scaled_input(view(row[next].theta), 1.0)) {
+      return Absorber{next, Side::input};
+    }
+  }
+  std::size_t before = position;
+  while (before > 0 && passes_gain(row[before - 1])) --before;
+  if (before == 0) return std::nullopt;
+  const Link& previous = row[before - 1];
+  if (!previous.block.is_linear() && previous.block.with_scaled_output(view(previous.theta), 1.0)) {
+    return Absorber{before - 1, Side::output};
+  }
+  return std::nullopt;
+}
+
+void collect(const AnyBlock& block, const Eigen::VectorXd& theta, Index base, std::vector<Index>& held) {
+  const bool is_row = block.target<Series>() != nullptr;
+  const std::vector<Link> row = links(block.children(), theta);
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    if (is_row && has_gain(row[k]) && absorber_of(row, k)) {
+      held.push_back(base + row[k].offset + *row[k].block.gain_parameter(view(row[k].theta)));
+    }
+    collect(row[k].block, row[k].theta, base + row[k].offset, held);
+  }
+}
+
+/// Scales the gain of row[position] to one; its absorber takes the inverse.
+void move_gain(std::vector<Link>& row, std::size_t position, const Absorber& absorber) {
+  Link& giver = row[position];
+  Link& taker = row[absorber.position];
+  const double gain = giver.theta[*giver.block.gain_parameter(view(giver.theta))];
+  if (gain == 0.0) return;
+  const std::optional<Rescaled> given = giver.block.with_scaled_output(view(giver.theta), 1.0 / gain);
+  const std::optional<Rescaled> taken = absorber.side == Side::input
+                                            ? taker.block.with_scaled_input(view(taker.theta), 1.0 / gain)
+                                            : taker.block.with_scaled_output(view(taker.theta), gain);
+  if (!given || !taken) return;
+  giver.block = given->block;
+  giver.theta = given->parameters;
+  taker.block = taken->block;
+  taker.theta = taken->parameters;
+}
+
+struct Normalised {
+  AnyBlock block;
+  Eigen::VectorXd theta;
+};
+
+Normalised normalise_block(const AnyBlock& block, const Eigen::VectorXd& theta) {
+  std::vector<Link> row = links(block.children(), theta);
+  if (row.empty()) return {block, theta};
+  for (Link& link : row) {
+    const Normalised inner = normalise_block(link.block, link.theta);
+    link.block = inner.block;
+    link.theta = inner.theta;
+  }
+  const bool is_row = block.target<Series>() != nullptr;
+  if (is_row) {
+    for (std::size_t k = 0; k < row.size(); ++k) {
+      if (!has_gain(row[k])) continue;
+      if (const std::optional<Absorber> absorber = absorber_of(row, k)) move_gain(row, k, *absorber);
+    }
+  }
+  std::vector<LabelledBlock> children;
+  Eigen::VectorXd joined(theta.size());
+  for (const Link& link : row) {
+    joined.segment(link.offset, link.theta.size()) = link.theta;
+    children.push_back({link.label, link.block});
+  }
+  if (is_row) return {Series(std::move(children)), joined};
+  return {Parallel(std::move(children)), joined};
+}
+
+}  // namespace
+
+std::vector<Index> gain_gauges(const AnyBlock& chain, const Eigen::VectorXd& theta) {
+  std::vector<Index> held;
+  collect(chain, theta, 0, held);
+  std::sort(held.begin(), held.end());
+  return held;
+}
+
+Model normalise(const Model& model) {
+  check(model);
+  Normalised result = normalise_block(model.chain, model.parameters);
+  Model normalised = model;
+  normalised.chain = std::move(result.block);
+  normalised.parameters = std::move(result.theta);
+  if (normalised.parameters != model.parameters) normalised.standard_deviations.resize(0);
+  return normalised;
+}
+
+}  // namespace blockid

@@ -1,0 +1,23 @@
+// Gauges: directions in parameter space along which the simulation does not change.
+#pragma once
+
+#include <blockid/blocks/any_block.hpp>
+#include <blockid/blocks/model.hpp>
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace blockid {
+
+/// Parameters to hold so that no gain can wander between neighbouring blocks: (k,) indices into theta, ascending.
+///
+/// A linear block in front of a static block closed under input scaling, behind one closed under output scaling, or in
+/// front of another linear block can trade gain with it: its largest numerator coefficient is held. Branches of a sum
+/// are treated each by itself. What is left undetermined (e.g. constants of two branches) shows in the covariance.
+std::vector<Index> gain_gauges(const AnyBlock& chain, const Eigen::VectorXd& theta);
+
+/// The same model, simulation unchanged, with every tradable gain fixed by convention: the largest numerator coefficient
+/// of each such linear block is +1, its neighbour takes the rest.
+Model normalise(const Model& model);
+
+}  // namespace blockid

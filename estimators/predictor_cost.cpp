@@ -1,0 +1,115 @@
+#include <blockid/estimators/predictor_cost.hpp>
+
+#include <blockid/estimators/detail/gram_parts.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace blockid {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Writes compressed rows into Ceres's buffers.
+void hand_over(const CompressedRows& rows, double* residuals, double* jacobian) {
+  Eigen::Map<Eigen::VectorXd>(residuals, rows.residuals.size()) = rows.residuals;
+  Eigen::Map<RowMajor>(jacobian, rows.jacobian.rows(), rows.jacobian.cols()) = rows.jacobian;
+}
+
+bool hand_over_cost(double sum_of_squares, double* residuals, Index count) {
+  if (!std::isfinite(sum_of_squares)) return false;
+  std::fill(residuals, residuals + count, 0.0);
+  residuals[0] = std::sqrt(sum_of_squares);
+  return true;
+}
+
+}  // namespace
+
+PredictorCost::PredictorCost(const Predictor& predictor, Handover handover)
+    : predictor_(predictor), handover_(handover) {
+  const Index unknowns = predictor.unknown_count();
+  mutable_parameter_block_sizes()->push_back(static_cast<int>(unknowns));
+  set_num_residuals(static_cast<int>(handover == Handover::full ? predictor.sample_count() : unknowns + 1));
+}
+
+bool PredictorCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+  const Index unknowns = predictor_.unknown_count();
+  const Eigen::VectorXd p = Eigen::Map<const Eigen::VectorXd>(parameters[0], unknowns);
+  double* jacobian = jacobians == nullptr ? nullptr : jacobians[0];
+  if (handover_ == Handover::full) {
+    return jacobian == nullptr ? predictor_.residuals(p, residuals) : predictor_.jacobian(p, residuals, jacobian);
+  }
+  if (jacobian == nullptr) return hand_over_cost(predictor_.sum_of_squares(p), residuals, unknowns + 1);
+  if (handover_ == Handover::triangle) {
+    QrTriangle sums(unknowns + 1);
+    if (!predictor_.accumulate(p, sums)) return false;
+    hand_over(compress(sums), residuals, jacobian);
+    return true;
+  }
+  NormalEquations sums(unknowns + 1);
+  if (!predictor_.accumulate(p, sums)) return false;
+  hand_over(compress(sums.gram()), residuals, jacobian);
+  return true;
+}
+
+/// Everything that one evaluation at q knows.
+struct EliminatedCost::Solved {
+  Eigen::VectorXd p;
+  Eigen::MatrixXd gram;
+  LinearSolution affine;
+};
+
+EliminatedCost::EliminatedCost(const Predictor& predictor, std::vector<Index> eliminated, Eigen::VectorXd start)
+    : predictor_(predictor),
+      eliminated_(std::move(eliminated)),
+      remaining_(detail::complement(eliminated_, predictor.unknown_count())),
+      last_(std::move(start)) {
+  mutable_parameter_block_sizes()->push_back(static_cast<int>(remaining_.size()));
+  set_num_residuals(static_cast<int>(remaining_.size()) + 1);
+}
+
+/// Sums at (q, c) for the last known c, and the least-squares step of c from there.
+bool EliminatedCost::solve(const Eigen::VectorXd& q, Solved& solved) const {
+  solved.p = last_;
+  solved.p(remaining_) = q;
+  NormalEquations sums(predictor_.unknown_count() + 1);
+  if (!predictor_.accumulate(solved.p, sums)) return false;
+  solved.gram = sums.gram();
+  solved.affine = solve_least_squares(detail::gram_of(solved.gram, eliminated_));
+  return true;
+}
+
+bool EliminatedCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+  const Index count = static_cast<Index>(remaining_.size());
+  const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(parameters[0], count);
+  const bool known = last_(remaining_) == q;
+  Solved solved;
+  if (!solve(q, solved)) return false;
+  const bool wants_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
+  if (!wants_jacobian || !known) {
+    last_ = solved.p;
+    last_(eliminated_) -= solved.affine.x;
+    if (!wants_jacobian) return hand_over_cost(solved.affine.residual_sum_of_squares, residuals, count + 1);
+    if (!solve(q, solved)) return false;
+  }
+  // Projection off dr/dc: G_rr - G_rc G_cc^+ G_cr over the remaining unknowns and the residual.
+  std::vector<Index> kept = remaining_;
+  kept.push_back(predictor_.unknown_count());
+  const Eigen::MatrixXd coupling = solved.gram(eliminated_, kept);
+  const PseudoInverse inverse = scaled_pseudo_inverse(solved.gram(eliminated_, eliminated_));
+  const Eigen::MatrixXd reduced = solved.gram(kept, kept) - coupling.transpose() * inverse.matrix * coupling;
+  if (!reduced.allFinite()) return false;
+  hand_over(compress(0.5 * (reduced + reduced.transpose())), residuals, jacobians[0]);
+  return true;
+}
+
+Eigen::VectorXd EliminatedCost::complete(const Eigen::VectorXd& q) const {
+  Solved solved;
+  if (!solve(q, solved)) return {};
+  Eigen::VectorXd p = solved.p;
+  p(eliminated_) -= solved.affine.x;
+  return p;
+}
+
+}  // namespace blockid

@@ -1,0 +1,65 @@
+#include <blockid/estimators/static_parameters.hpp>
+
+#include <blockid/blocks/parallel.hpp>
+#include <blockid/blocks/series.hpp>
+#include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/gram_parts.hpp>
+#include <blockid/estimators/detail/unknowns.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace blockid {
+namespace {
+
+void collect(const AnyBlock& block, Index offset, std::vector<Index>& found) {
+  const std::vector<LabelledBlock> children = block.children();
+  if (children.empty()) {
+    if (block.is_linear() || !block.is_linear_in_parameters()) return;
+    for (Index k = 0; k < block.parameter_count(); ++k) found.push_back(offset + k);
+    return;
+  }
+  if (const auto* series = block.target<Series>()) {
+    for (std::size_t k = children.size(); k-- > 0;) {
+      if (children[k].block.is_linear()) continue;
+      collect(children[k].block, offset + series->parameter_offset(static_cast<Index>(k)), found);
+      return;
+    }
+    return;
+  }
+  for (const LabelledBlock& branch : children) {
+    collect(branch.block, offset, found);
+    offset += branch.block.parameter_count();
+  }
+}
+
+}  // namespace
+
+std::vector<Index> affine_parameters(const AnyBlock& chain) {
+  std::vector<Index> found;
+  collect(chain, 0, found);
+  return found;
+}
+
+StaticFit fit_static(const Model& model, const DataSet& data, const PredictionOptions& options) {
+  check(model);
+  const std::vector<Index> affine = affine_parameters(model.chain);
+  if (affine.empty()) {
+    fail("fit_static: no static block of the chain is linear in its parameters with only linear blocks behind it");
+  }
+  const Predictor predictor(model.chain, data, options);
+  const Eigen::VectorXd p = detail::unknowns_of(model, predictor);
+  NormalEquations sums(predictor.unknown_count() + 1);
+  StaticFit result{model, std::numeric_limits<double>::infinity(), 0, std::numeric_limits<double>::infinity(), false};
+  if (!predictor.accumulate(p, sums)) return result;
+  const LinearSolution solution = solve_least_squares(detail::gram_of(sums.gram(), affine));
+  // J = dr/dc, so the minimiser of |r + J dc| is minus that of |r - J x|.
+  result.model.parameters(affine) -= solution.x;
+  result.rmse = std::sqrt(solution.residual_sum_of_squares / static_cast<double>(predictor.counted_samples()));
+  result.rank = solution.rank;
+  result.condition = solution.condition;
+  result.finite = true;
+  return result;
+}
+
+}  // namespace blockid
