@@ -1,0 +1,58 @@
+// What an initialiser is: a function from data to ranked starting models.
+#pragma once
+
+#include <blockid/blocks/any_block.hpp>
+#include <blockid/blocks/model.hpp>
+#include <blockid/data/data_set.hpp>
+#include <blockid/estimators/predictor.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace blockid {
+
+/// A starting model and where it came from.
+struct Candidate {
+  Model model;
+  /// sqrt(sum r^2 / counted samples) of the model as it is, before any refit.
+  double rmse = 0.0;
+  /// In words, e.g. "split 3 of 32: poles {0.9} | {0.7+-0.3i}".
+  std::string how = {};
+};
+
+/// Where a long computation stands.
+struct Progress {
+  /// e.g. "best linear approximation", "splits", "refit 2".
+  std::string stage = {};
+  Index step = 0;
+  /// 0 when unknown.
+  Index steps = 0;
+  /// Best so far in this stage, in units of the output; infinite when there is none yet.
+  double rmse = 0.0;
+  double elapsed_s = 0.0;
+};
+
+/// Called from one thread at a time; false cancels, what was found so far is kept.
+using ProgressFunction = std::function<bool(const Progress&)>;
+
+struct InitialiserOptions {
+  PredictionOptions prediction = {};
+  std::uint64_t seed = 1;
+  int threads = 1;
+  ProgressFunction progress = {};
+};
+
+/// Maps a chain (structure with the wanted orders) and data to candidates, best first. No hidden state: the same
+/// arguments give the same candidates, whatever the number of threads.
+using Initialiser =
+    std::function<std::vector<Candidate>(const AnyBlock& chain, const DataSet& data, const InitialiserOptions&)>;
+
+/// The given model as the only candidate.
+Initialiser start_from(Model model);
+
+/// The blocks' own initial parameters, structure adapted to the input, affine parameters by least squares.
+Initialiser no_initialiser();
+
+}  // namespace blockid

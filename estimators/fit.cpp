@@ -1,0 +1,178 @@
+#include <blockid/estimators/fit.hpp>
+
+#include <blockid/blocks/series.hpp>
+#include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/parallel_for.hpp>
+#include <blockid/estimators/gauges.hpp>
+#include <blockid/estimators/static_parameters.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+namespace blockid {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// The caller's progress function made safe for several threads, with a memory of the cancellation.
+class SharedProgress {
+ public:
+  SharedProgress(ProgressFunction function, Clock::time_point start) : function_(std::move(function)), start_(start) {}
+
+  bool operator()(Progress progress) {
+    if (cancelled_) return false;
+    if (!function_) return true;
+    const std::lock_guard lock(mutex_);
+    progress.elapsed_s = seconds_since(start_);
+    if (!function_(progress)) cancelled_ = true;
+    return !cancelled_;
+  }
+
+  bool cancelled() const { return cancelled_; }
+
+ private:
+  ProgressFunction function_;
+  Clock::time_point start_;
+  std::mutex mutex_;
+  std::atomic<bool> cancelled_ = false;
+};
+
+/// The model with the unsettled static blocks of `chain` placed for the signals that reach them now, and fitted anew.
+/// Only what least squares can refill is moved.
+Model with_knots_moved(const Model& model, const AnyBlock& chain, const DataSet& data,
+                       const PredictionOptions& options) {
+  const auto* wanted = chain.target<Series>();
+  if (wanted == nullptr || affine_parameters(model.chain).empty()) return model;
+  const std::vector<ChildParameters> current = top_level_blocks(model);
+  const std::vector<Eigen::VectorXd> signals = simulate_signals(model, data.records.front().u);
+  std::vector<LabelledBlock> blocks;
+  bool moved = false;
+  for (std::size_t k = 0; k < current.size(); ++k) {
+    AnyBlock block = current[k].block;
+    const AnyBlock& unsettled = wanted->children()[k].block;
+    if (unsettled.is_static() && unsettled.is_linear_in_parameters() && signals[k].allFinite()) {
+      const AnyBlock placed = unsettled.adapted_to({signals[k].data(), static_cast<std::size_t>(signals[k].size())});
+      if (placed.parameter_count() == block.parameter_count() && placed.arguments() != block.arguments()) {
+        block = placed;
+        moved = true;
+      }
+    }
+    blocks.push_back({current[k].label, block});
+  }
+  if (!moved) return model;
+  Model changed = model;
+  changed.chain = Series(std::move(blocks));
+  changed.standard_deviations.resize(0);
+  const StaticFit fitted = fit_static(changed, data, options);
+  return fitted.finite ? fitted.model : model;
+}
+
+RefitOptions round_options(const FitOptions& options, int iterations, const std::string& stage,
+                           SharedProgress& progress) {
+  RefitOptions round = options.refit;
+  round.max_iterations = iterations;
+  round.covariance = false;
+  const ProgressCallback own = options.refit.progress;
+  round.progress = [&progress, stage, own, iterations](const FitProgress& p) {
+    const bool go_on = progress({stage, p.iteration, iterations, p.rmse, p.elapsed_s});
+    return (!own || own(p)) && go_on;
+  };
+  return round;
+}
+
+bool better(const Trial& a, const Trial& b) { return a.refit.rmse < b.refit.rmse; }
+
+/// First round for the best candidates: a few iterations each, on all threads.
+void first_round(std::vector<Trial>& trials, std::size_t count, const DataSet& data, const FitOptions& options,
+                 SharedProgress& progress) {
+  const int iterations = std::min(options.first_round_iterations, options.refit.max_iterations);
+  detail::parallel_for(count, options.threads, [&](std::size_t k) {
+    const std::string stage = "candidate " + std::to_string(k + 1) + " of " + std::to_string(count);
+    trials[k].refit = refit(trials[k].candidate.model, data, round_options(options, iterations, stage, progress));
+    trials[k].refitted = true;
+  });
+  std::stable_sort(trials.begin(), trials.begin() + static_cast<std::ptrdiff_t>(count), better);
+}
+
+/// Final round: knots in step with the signal, then Levenberg-Marquardt to the end.
+void final_round(Trial& trial, std::size_t place, const AnyBlock& chain, const DataSet& data,
+                 const FitOptions& options, SharedProgress& progress) {
+  const int rest = std::max(options.refit.max_iterations - trial.refit.iterations, 0);
+  const RefitOptions settings =
+      round_options(options, rest, "finalist " + std::to_string(place + 1), progress);
+  const bool settled = trial.refit.status == FitStatus::converged || progress.cancelled() || rest == 0;
+  if (settled) return;
+  const Model moved = with_knots_moved(trial.refit.model, chain, data, options.refit.prediction);
+  RefitReport report = refit(moved, data, settings);
+  if (!(report.rmse <= trial.refit.rmse)) report = refit(trial.refit.model, data, settings);
+  report.iterations += trial.refit.iterations;
+  report.wall_seconds += trial.refit.wall_seconds;
+  report.initial_rmse = trial.refit.initial_rmse;
+  trial.refit = std::move(report);
+}
+
+/// Gains by convention, and the covariance in those coordinates.
+void finish(FitResult& result, const DataSet& data, const FitOptions& options) {
+  RefitReport& report = result.report;
+  if (options.refit.hold_gauges) report.model = normalise(report.model);
+  if (options.refit.covariance) {
+    CovarianceOptions settings;
+    settings.prediction = options.refit.prediction;
+    settings.frozen = options.refit.frozen;
+    settings.hold_gauges = options.refit.hold_gauges;
+    report.covariance = covariance(report.model, data, settings);
+    report.model.standard_deviations = report.covariance->standard_deviations;
+  }
+  result.model = report.model;
+}
+
+Candidate fallback(const AnyBlock& chain, const DataSet& data, const FitOptions& options) {
+  InitialiserOptions settings;
+  settings.prediction = options.refit.prediction;
+  return no_initialiser()(chain, data, settings).front();
+}
+
+}  // namespace
+
+FitResult fit(const AnyBlock& chain, const DataSet& data, const Initialiser& initialiser, const FitOptions& options) {
+  const Clock::time_point began = Clock::now();
+  if (options.best < 1) fail("fit: at least one candidate must be refitted, got best = ", options.best);
+  check(data);
+  check_excitation(data);
+  check_sample_count(data, chain.parameter_count());
+  SharedProgress progress(options.progress, began);
+  InitialiserOptions settings{options.refit.prediction, options.seed, options.threads,
+                              [&progress](const Progress& p) { return progress(p); }};
+  std::vector<Candidate> candidates = initialiser(chain, data, settings);
+  if (candidates.empty()) candidates.push_back(fallback(chain, data, options));
+
+  FitResult result{.model = candidates.front().model, .report = {.model = candidates.front().model}};
+  for (Candidate& candidate : candidates) {
+    RefitReport untouched{.model = candidate.model};
+    untouched.status = FitStatus::cancelled;
+    untouched.rmse = candidate.rmse;
+    untouched.initial_rmse = candidate.rmse;
+    result.trials.push_back({std::move(candidate), std::move(untouched)});
+  }
+  const std::size_t count = std::min(result.trials.size(), static_cast<std::size_t>(options.best));
+  first_round(result.trials, count, data, options, progress);
+  const std::size_t finalists = std::min(count, static_cast<std::size_t>(std::max(options.finalists, 1)));
+  detail::parallel_for(finalists, options.threads, [&](std::size_t k) {
+    final_round(result.trials[k], k, chain, data, options, progress);
+  });
+  std::stable_sort(result.trials.begin(), result.trials.begin() + static_cast<std::ptrdiff_t>(count), better);
+  result.report = result.trials.front().refit;
+  if (progress.cancelled()) result.report.status = FitStatus::cancelled;
+  finish(result, data, options);
+  result.wall_seconds = seconds_since(began);
+  result.report.wall_seconds = result.wall_seconds;
+  return result;
+}
+
+}  // namespace blockid

@@ -1,0 +1,50 @@
+// From data to a model: candidates of an initialiser, the best of them refitted and ranked.
+#pragma once
+
+#include <blockid/estimators/candidate.hpp>
+#include <blockid/estimators/refit.hpp>
+
+#include <string>
+#include <vector>
+
+namespace blockid {
+
+struct FitOptions {
+  RefitOptions refit = {};
+  /// Candidates that are refitted.
+  int best = 4;
+  /// Iterations after which the knots are placed anew for the signal that now reaches the static block, and the worse
+  /// candidates are dropped.
+  int first_round_iterations = 15;
+  /// Candidates that go on after the first round.
+  int finalists = 2;
+  std::uint64_t seed = 1;
+  int threads = 1;
+  ProgressFunction progress = {};
+};
+
+/// One candidate with what became of it.
+struct Trial {
+  Candidate candidate;
+  RefitReport refit;
+  /// False for candidates that were ranked but not refitted.
+  bool refitted = false;
+};
+
+struct FitResult {
+  /// The best model, normalised, with standard deviations.
+  Model model;
+  RefitReport report;
+  /// Refitted trials first, best first; then the others in the initialiser's order.
+  std::vector<Trial> trials = {};
+  double wall_seconds = 0.0;
+};
+
+/// Candidates by `initialiser` for `chain`, the best refitted, all returned, best first.
+///
+/// Throws Error for a caller's mistake (see refit()). A cancelled fit returns the best model so far with the status
+/// cancelled; when not even a candidate was found, the blocks' initial parameters.
+FitResult fit(const AnyBlock& chain, const DataSet& data, const Initialiser& initialiser,
+              const FitOptions& options = {});
+
+}  // namespace blockid

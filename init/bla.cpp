@@ -1,0 +1,231 @@
+#include <blockid/blocks/rational.hpp>
+#include <blockid/blocks/series.hpp>
+#include <blockid/data/error.hpp>
+#include <blockid/estimators/accumulators.hpp>
+#include <blockid/estimators/detail/parallel_for.hpp>
+#include <blockid/init/bla.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace blockid {
+namespace {
+
+std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+
+struct Means {
+  double u = 0.0;
+  double y = 0.0;
+};
+
+Means means_of(const DataSet& data, Index warmup) {
+  Means sum;
+  double count = 0.0;
+  double samples = 0.0;
+  for (const Record& record : data.records) {
+    sum.u += record.u.sum();
+    samples += static_cast<double>(record.u.size());
+    for (Index t = warmup; t < record.u.size(); ++t) {
+      if (is_missing(record, t)) continue;
+      sum.y += record.y[t];
+      count += 1.0;
+    }
+  }
+  return {sum.u / samples, count > 0.0 ? sum.y / count : 0.0};
+}
+
+/// Deviations from the means; missing outputs keep their last present value so that filters can pass over them.
+DataSet deviations(const DataSet& data, const Means& means) {
+  DataSet result = data;
+  for (Record& record : result.records) {
+    record.u.array() -= means.u;
+    double last = 0.0;
+    for (Index t = 0; t < record.y.size(); ++t) {
+      if (!is_missing(record, t)) last = record.y[t] - means.y;
+      record.y[t] = last;
+    }
+  }
+  return result;
+}
+
+Eigen::VectorXd all_pole(const Eigen::VectorXd& denominator, const Eigen::VectorXd& signal) {
+  const Rational filter(0, denominator.size() - 1);
+  Eigen::VectorXd theta(denominator.size());
+  theta[0] = 1.0;
+  theta.tail(denominator.size() - 1) = denominator.tail(denominator.size() - 1);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(filter.state_count());
+  Eigen::VectorXd y(signal.size());
+  filter.apply<double>(view(theta), {x.data(), static_cast<std::size_t>(x.size())}, view(signal),
+                       {y.data(), static_cast<std::size_t>(y.size())});
+  return y;
+}
+
+/// Adds the rows [u_{t-nk} .. u_{t-nk-nb}, -y_{t-1} .. -y_{t-na}, y_t] of one record.
+void add_arx_rows(const Record& record, const BlaOrders& orders, Index warmup, NormalEquations& sums) {
+  const Index stride = padded_columns(sums.columns());
+  const Index first = std::max({orders.na, orders.nb + orders.nk, warmup});
+  std::vector<double> tile(static_cast<std::size_t>(kMaxTileRows * stride), 0.0);
+  Index rows = 0;
+  Index last_missing = -1;
+  for (Index t = 0; t < record.u.size(); ++t) {
+    if (is_missing(record, t)) last_missing = t;
+    if (t < first || (last_missing >= 0 && t - last_missing <= orders.na)) continue;
+    double* row = tile.data() + rows * stride;
+    for (Index k = 0; k <= orders.nb; ++k) *row++ = record.u[t - orders.nk - k];
+    for (Index k = 1; k <= orders.na; ++k) *row++ = -record.y[t - k];
+    *row = record.y[t];
+    if (++rows == kMaxTileRows) {
+      sums.add(tile.data(), rows, stride);
+      rows = 0;
+    }
+  }
+  sums.add(tile.data(), rows, stride);
+}
+
+Eigen::VectorXd arx_parameters(const DataSet& data, const BlaOrders& orders, Index warmup) {
+  NormalEquations sums(orders.nb + 1 + orders.na + 1);
+  for (const Record& record : data.records) add_arx_rows(record, orders, warmup, sums);
+  Eigen::VectorXd theta = solve_least_squares(sums.gram()).x;
+  Eigen::VectorXd a(orders.na + 1);
+  a[0] = 1.0;
+  a.tail(orders.na) = theta.tail(orders.na);
+  theta.tail(orders.na) = stabilised(a).tail(orders.na);
+  return theta;
+}
+
+Model rational_model(const BlaOrders& orders, Eigen::VectorXd theta, double sample_time_s) {
+  Model model = make_model(Series({{"G", Rational(orders.nb, orders.na, orders.nk)}}), sample_time_s);
+  model.parameters = std::move(theta);
+  return model;
+}
+
+double output_error(const Model& model, const DataSet& data, const PredictionOptions& options) {
+  const Predictor predictor(model.chain, data, options);
+  Eigen::VectorXd p = Eigen::VectorXd::Zero(predictor.unknown_count());
+  p.head(model.parameters.size()) = model.parameters;
+  return std::sqrt(predictor.sum_of_squares(p) / static_cast<double>(predictor.counted_samples()));
+}
+
+void check_orders(const BlaOrders& orders) {
+  if (orders.nb < 0 || orders.na < 0 || orders.nk < 0) {
+    fail("best linear approximation: nb, na and nk must be >= 0, got nb=", orders.nb, ", na=", orders.na,
+         ", nk=", orders.nk);
+  }
+}
+
+}  // namespace
+
+Model arx(const DataSet& data, const BlaOrders& orders) {
+  check_orders(orders);
+  check(data);
+  check_sample_count(data, orders.nb + 1 + orders.na);
+  return rational_model(orders, arx_parameters(data, orders, 0), data.records.front().sample_time_s);
+}
+
+Model steiglitz_mcbride(const DataSet& data, const BlaOrders& orders, const PredictionOptions& prediction,
+                        int iterations) {
+  Model best = arx(data, orders);
+  double best_error = output_error(best, data, prediction);
+  Eigen::VectorXd theta = best.parameters;
+  for (int round = 0; round < iterations && orders.na > 0; ++round) {
+    Eigen::VectorXd a(orders.na + 1);
+    a[0] = 1.0;
+    a.tail(orders.na) = theta.tail(orders.na);
+    DataSet filtered = data;
+    for (Record& record : filtered.records) {
+      record.u = all_pole(a, record.u);
+      record.y = all_pole(a, record.y);
+    }
+    const Eigen::VectorXd next = arx_parameters(filtered, orders, prediction.warmup);
+    const double change = (next - theta).norm();
+    theta = next;
+    const Model model = rational_model(orders, theta, best.sample_time_s);
+    const double error = output_error(model, data, prediction);
+    if (error < best_error) {
+      best = model;
+      best_error = error;
+    }
+    if (!(change > 1e-9 * theta.norm())) break;
+  }
+  return best;
+}
+
+BestLinearApproximation best_linear_approximation(const DataSet& data, const BlaOrders& orders,
+                                                  const BlaOptions& options) {
+  check_orders(orders);
+  check(data);
+  check_excitation(data);
+  check_sample_count(data, orders.nb + 1 + orders.na);
+  const Means means = means_of(data, options.prediction.warmup);
+  const DataSet deviation = deviations(data, means);
+
+  RefitOptions settings;
+  settings.prediction = options.prediction;
+  settings.max_iterations = options.max_iterations;
+  settings.covariance = options.covariance;
+  settings.hold_gauges = false;
+  BestLinearApproximation best{.model = rational_model(orders, Eigen::VectorXd(), 1.0), .refit = {.model = best.model}};
+  best.rmse = std::numeric_limits<double>::infinity();
+  const std::vector<std::pair<std::string, Model>> starts = {
+      {"Steiglitz-McBride",
+       steiglitz_mcbride(deviation, orders, options.prediction, options.prefilter_iterations)},
+      {"ARX", arx(deviation, orders)}};
+  for (const auto& [how, start] : starts) {
+    settings.progress = [&, stage = how](const FitProgress& p) {
+      return !options.progress ||
+             options.progress({"best linear approximation from " + stage, p.iteration, settings.max_iterations,
+                               p.rmse, p.elapsed_s});
+    };
+    RefitReport report = refit(start, deviation, settings);
+    const bool first = best.how.empty();
+    if (first || report.rmse < best.rmse) {
+      best.model = report.model;
+      best.rmse = report.rmse;
+      best.how = how;
+      best.refit = std::move(report);
+    }
+    if (best.refit.status == FitStatus::cancelled) break;
+  }
+  best.input_mean = means.u;
+  best.output_mean = means.y;
+  const Record& record = data.records.front();
+  best.model.input_name = record.input_name;
+  best.model.output_name = record.output_name;
+  Eigen::VectorXd a(orders.na + 1);
+  a[0] = 1.0;
+  a.tail(orders.na) = best.model.parameters.tail(orders.na);
+  best.poles = root_groups(a, 0.0);
+  best.zeros = root_groups(best.model.parameters.head(orders.nb + 1));
+  return best;
+}
+
+std::vector<BlaScore> bla_order_table(const DataSet& data, const DataSet& validation, Index max_order,
+                                      Index max_delay, const BlaOptions& options, int threads) {
+  if (max_order < 1 || max_delay < 0) {
+    fail("order table: expected max_order >= 1 and max_delay >= 0, got ", max_order, " and ", max_delay);
+  }
+  std::vector<BlaScore> table;
+  for (Index nk = 0; nk <= max_delay; ++nk) {
+    for (Index n = 1; n <= max_order; ++n) table.push_back({.orders = {n, n, nk}});
+  }
+  BlaOptions quiet = options;
+  quiet.progress = {};
+  detail::parallel_for(table.size(), threads, [&](std::size_t k) {
+    BlaScore& score = table[k];
+    const BestLinearApproximation bla = best_linear_approximation(data, score.orders, quiet);
+    const double samples = static_cast<double>(present_count(data));
+    const double parameters = static_cast<double>(score.orders.nb + 1 + score.orders.na);
+    score.rmse = bla.rmse;
+    score.aic = samples * std::log(bla.rmse * bla.rmse) + 2.0 * parameters;
+    score.bic = samples * std::log(bla.rmse * bla.rmse) + parameters * std::log(samples);
+    score.validation_rmse = std::numeric_limits<double>::quiet_NaN();
+    if (!validation.records.empty()) {
+      const DataSet shifted = deviations(validation, {bla.input_mean, bla.output_mean});
+      score.validation_rmse = output_error(bla.model, shifted, options.prediction);
+    }
+  });
+  return table;
+}
+
+}  // namespace blockid
