@@ -39,7 +39,7 @@ CellCounts count_kinds(const std::vector<Cell>& cells) {
 class Parser {
  public:
   Parser(std::string_view text, std::string_view source, const CsvOptions& options)
-      : text_(text), source_(source), options_(options), reader_(text) {
+      : source_(source), options_(options), reader_(text) {
     separator_ = options.separator ? *options.separator : csv::guess_separator(text, source);
   }
 
@@ -130,7 +130,6 @@ class Parser {
     return {};
   }
 
-  std::string_view text_;
   std::string source_;
   CsvOptions options_;
   LineReader reader_;

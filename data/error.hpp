@@ -1,5 +1,6 @@
 #pragma once
 
+#include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -20,6 +21,7 @@ class Error : public std::runtime_error {
 template <class... Parts>
 [[nodiscard]] std::string compose(const Parts&... parts) {
   std::ostringstream text;
+  text.imbue(std::locale::classic());  // a global locale may group digits
   text.precision(10);
   (text << ... << parts);
   return text.str();

@@ -15,13 +15,13 @@ struct FrequencyResponse {
 
 /// Verifies every promise of FrequencyResponse.
 /// @throws Error with the zero-based index of the offending entry.
-void check(const FrequencyResponse& frequency_response);
+void check(const FrequencyResponse& g);
 
 /// 20 log10 |G_k|, (F,) in dB; -infinity where G_k = 0.
-[[nodiscard]] Eigen::VectorXd magnitude_db(const FrequencyResponse& frequency_response);
+[[nodiscard]] Eigen::VectorXd magnitude_db(const FrequencyResponse& g);
 
 /// arg G_k in degrees, (F,), unwrapped: neighbours differ by at most 180 degrees; the first lies in
 /// (-180, 180].
-[[nodiscard]] Eigen::VectorXd phase_deg(const FrequencyResponse& frequency_response);
+[[nodiscard]] Eigen::VectorXd phase_deg(const FrequencyResponse& g);
 
 }  // namespace blockid
