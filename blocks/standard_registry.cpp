@@ -1,38 +1,102 @@
 #include <blockid/blocks/registry.hpp>
 
+#include <blockid/blocks/biquads.hpp>
+#include <blockid/blocks/dead_zone.hpp>
+#include <blockid/blocks/delay.hpp>
+#include <blockid/blocks/fir.hpp>
+#include <blockid/blocks/gain.hpp>
+#include <blockid/blocks/offset.hpp>
+#include <blockid/blocks/piecewise_linear.hpp>
 #include <blockid/blocks/polynomial.hpp>
 #include <blockid/blocks/rational.hpp>
+#include <blockid/blocks/saturation.hpp>
+#include <blockid/blocks/spline.hpp>
+#include <blockid/blocks/tanh_network.hpp>
 
 namespace blockid {
 namespace {
 
-/// Largest orders that a text may ask for: a typing error must not exhaust memory.
+/// Largest structures that a text may ask for: a typing error must not exhaust memory.
 constexpr IntegerLimits kOrder{0, 1'000};
+constexpr IntegerLimits kTaps{0, 10'000};
 constexpr IntegerLimits kDelay{0, 100'000};
+constexpr IntegerLimits kKnots{2, Knots::kMaxCount};
+constexpr IntegerLimits kSections{1, 500};
+constexpr IntegerLimits kUnits{1, 1'000};
 
 SignalRange signal_range(const BlockArguments& arguments) {
   const auto [lower, upper] = arguments.range("range");
   return {lower, upper};
 }
 
+/// A block that takes knots: a list of them, or a number of them with a range or a placement.
+template <class B>
+AnyBlock with_knots(const BlockArguments& arguments) {
+  if (arguments.is_list("knots")) return B(arguments.list("knots"));
+  const Index knots = arguments.integer("knots", kKnots);
+  if (arguments.has("range")) return B(knots, signal_range(arguments));
+  return B(knots, *knot_placement(arguments.word_or("placement", "mixed", {"mixed", "uniform", "quantile"})));
+}
+
+/// A block that takes a number and perhaps a range.
+template <class B>
+AnyBlock with_range(const BlockArguments& arguments, std::string_view key, IntegerLimits limits) {
+  const Index count = arguments.integer(key, limits);
+  return arguments.has("range") ? B(count, signal_range(arguments)) : B(count);
+}
+
+template <class B>
+AnyBlock without_arguments(const BlockArguments&) {
+  return B();
+}
+
+const ArgumentKey kDelayKey = {"nk", "delay in samples; default 0"};
+const ArgumentKey kRangeKey = {"range", "[lower,upper] of its input; default from the data"};
+
 void add_linear(Registry& registry) {
+  registry.add("gain", {}, without_arguments<Gain>, "constant gain k u");
   registry.add(
-      "rational",
-      {{"nb", "degree of the numerator"}, {"na", "degree of the denominator"}, {"nk", "delay in samples, 0"}},
+      "delay", {{"samples", "how many"}}, [](const BlockArguments& a) { return Delay(a.integer("samples", kDelay)); },
+      "delay by whole samples");
+  registry.add(
+      "fir", {{"nb", "degree of the numerator"}, kDelayKey},
+      [](const BlockArguments& a) {
+        return Fir{a.integer("nb", kTaps), a.integer_or("nk", 0, kDelay)};
+      },
+      "finite impulse response filter B(q)");
+  registry.add(
+      "rational", {{"nb", "degree of the numerator"}, {"na", "degree of the denominator"}, kDelayKey},
       [](const BlockArguments& a) {
         return Rational{a.integer("nb", kOrder), a.integer("na", kOrder), a.integer_or("nk", 0, kDelay)};
       },
       "linear filter B(q)/A(q)");
+  registry.add(
+      "biquads", {{"sections", "of second order, in a row"}, {"stable", "true keeps all poles stable; default false"}},
+      [](const BlockArguments& a) {
+        return Biquads{a.integer("sections", kSections), a.flag_or("stable", false)};
+      },
+      "linear filter as second-order sections");
 }
 
 void add_static(Registry& registry) {
+  const std::vector<ArgumentKey> knots = {{"knots", "how many, or a list [k1,k2,...] of them"},
+                                          {"range", "[lower,upper] over which they lie uniformly"},
+                                          {"placement", "mixed, uniform or quantile; default mixed, from the data"}};
+  registry.add("offset", {}, without_arguments<Offset>, "constant added, u + c");
   registry.add(
-      "polynomial", {{"degree", "highest power"}, {"range", "[lower,upper] of its input, from the data"}},
+      "polynomial", {{"degree", "highest power"}, kRangeKey},
       [](const BlockArguments& a) {
-        const Index degree = a.integer("degree", {0, Polynomial::kMaxDegree});
-        return a.has("range") ? Polynomial(degree, signal_range(a)) : Polynomial(degree);
+        return with_range<Polynomial>(a, "degree", {0, Polynomial::kMaxDegree});
       },
       "static polynomial in the Chebyshev basis");
+  registry.add("piecewise_linear", knots, with_knots<PiecewiseLinear>, "static function made of straight pieces");
+  registry.add("spline", knots, with_knots<Spline>, "static cubic spline");
+  registry.add("saturation", {}, without_arguments<Saturation>, "clipping to a lower and an upper limit");
+  registry.add("dead_zone", {}, without_arguments<DeadZone>, "a middle interval is cut out");
+  registry.add(
+      "tanh_network", {{"units", "hidden units"}, kRangeKey},
+      [](const BlockArguments& a) { return with_range<TanhNetwork>(a, "units", kUnits); },
+      "static network with one hidden layer of tanh units");
 }
 
 }  // namespace

@@ -104,6 +104,11 @@ TEST(Text, RoundTripKeepsTextAndBehaviour) {
       "[[rational(nb=0,na=0)]]",
       "((rational(nb=0,na=0)))",
       "polynomial(degree=3,range=[-0.1,0.30000000000000004])",
+      "gain | offset | delay(samples=3) | fir(nb=4) | fir(nb=0,nk=2)",
+      "biquads(sections=2) | biquads(sections=1,stable=true)",
+      "piecewise_linear(knots=5) | piecewise_linear(knots=4,placement=uniform) | piecewise_linear(knots=[-1,0,2.5])",
+      "spline(knots=20) | spline(knots=6,placement=quantile) | spline(knots=[-1,0.1,0.30000000000000004,7])",
+      "saturation | dead_zone | tanh_network(units=3) | tanh_network(units=1,range=[0,2])",
       "polynomial(degree=3,range=[-5e-324,1.7976931348623157e+308])",
   };
   std::mt19937 generator(7);
@@ -138,6 +143,20 @@ TEST(Text, NumbersReadBackBitForBit) {
     EXPECT_EQ(std::bit_cast<std::uint64_t>(polynomial->range().lower), std::bit_cast<std::uint64_t>(lower));
     EXPECT_EQ(std::bit_cast<std::uint64_t>(polynomial->range().upper), std::bit_cast<std::uint64_t>(upper));
   }
+}
+
+TEST(Text, KnotsOverARangeAreWrittenOut) {
+  EXPECT_EQ(to_text(parse("spline(knots=3,range=[-1:1])")), "spline(knots=[-1,0,1])");
+  EXPECT_EQ(to_text(parse("piecewise_linear(knots=[0:2])")), "piecewise_linear(knots=[0,2])");
+}
+
+TEST(TextErrors, KnotsAndTheirPlacementExcludeEachOther) {
+  EXPECT_THAT(refusal("spline(knots=[0,1],placement=uniform)"), HasSubstr("the key 'placement' has no effect"));
+  EXPECT_THAT(refusal("spline(knots=[0,1],range=[0,1])"), HasSubstr("the key 'range' has no effect"));
+  EXPECT_THAT(refusal("spline(knots=9,range=[0,1],placement=uniform)"), HasSubstr("'placement' has no effect"));
+  EXPECT_THAT(refusal("spline(knots=9,placement=even)"), HasSubstr("one of mixed, uniform, quantile, got the word"));
+  EXPECT_THAT(refusal("gain | spline(knots=[1,0])"), AllOf(HasSubstr("column 8"), HasSubstr("knots must increase")));
+  EXPECT_THAT(refusal("spline(knots=1e9)"), HasSubstr("knots must be a whole number in 2..1000"));
 }
 
 TEST(TextErrors, MarkThePlace) {
