@@ -236,7 +236,7 @@ std::vector<Candidate> split(const AnyBlock& chain, const DataSet& data, const I
   bla_options.prediction = options.prediction;
   bla_options.progress = options.progress;
   const BlaOrders orders{nb_of(g_w) + nb_of(g_h), na_of(g_w) + na_of(g_h), nk_of(g_w) + nk_of(g_h)};
-  const BestLinearApproximation bla = best_linear_approximation(ranking, orders, bla_options);
+  const BestLinearApproximation bla = best_linear_approximation(data, orders, bla_options);
   if (bla.refit.status == FitStatus::cancelled) return {};
 
   const Partition zeros = partitions(bla.zeros, nb_of(g_w));
