@@ -3,6 +3,7 @@
 #include <blockid/blocks/series.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/parallel_for.hpp>
+#include <blockid/estimators/detail/unknowns.hpp>
 #include <blockid/estimators/gauges.hpp>
 #include <blockid/estimators/static_parameters.hpp>
 
@@ -88,33 +89,73 @@ RefitOptions round_options(const FitOptions& options, int iterations, const std:
 
 bool better(const Trial& a, const Trial& b) { return a.refit.rmse < b.refit.rmse; }
 
-/// First round for the best candidates: a few iterations each, on all threads.
+double rmse_on(const Model& model, const DataSet& data, const PredictionOptions& options) {
+  const Predictor predictor(model.chain, data, options);
+  const double sum = predictor.sum_of_squares(detail::unknowns_of(model, predictor));
+  return std::sqrt(sum / static_cast<double>(predictor.counted_samples()));
+}
+
+/// The first samples of each record; whole records when that would cut a period or leave too little.
+DataSet shortened(const DataSet& data, Index samples, Index least) {
+  DataSet result;
+  for (const Record& record : data.records) {
+    const Index length = std::max(samples, least);
+    const bool whole = length >= record.u.size() || record.period > 0;
+    result.records.push_back(whole ? record : slice(record, 0, length));
+  }
+  return result;
+}
+
+/// First round for the best candidates: a few iterations each on part of the data, on all threads.
 void first_round(std::vector<Trial>& trials, std::size_t count, const DataSet& data, const FitOptions& options,
                  SharedProgress& progress) {
+  const Index least = options.refit.prediction.warmup + 20 * trials.front().candidate.model.parameters.size();
+  const DataSet part = shortened(data, options.first_round_samples, least);
   const int iterations = std::min(options.first_round_iterations, options.refit.max_iterations);
   detail::parallel_for(count, options.threads, [&](std::size_t k) {
     const std::string stage = "candidate " + std::to_string(k + 1) + " of " + std::to_string(count);
-    trials[k].refit = refit(trials[k].candidate.model, data, round_options(options, iterations, stage, progress));
-    trials[k].refitted = true;
+    Trial& trial = trials[k];
+    trial.refit = refit(trial.candidate.model, part, round_options(options, iterations, stage, progress));
+    trial.refitted = true;
+    if (total_samples(part) < total_samples(data)) {
+      trial.refit.rmse = rmse_on(trial.refit.model, data, options.refit.prediction);
+      // What converged on a part has not converged on the whole.
+      if (trial.refit.status == FitStatus::converged) trial.refit.status = FitStatus::max_iterations;
+    }
   });
   std::stable_sort(trials.begin(), trials.begin() + static_cast<std::ptrdiff_t>(count), better);
+}
+
+/// One more refit of a trial; kept only when it does not lose.
+void continue_trial(Trial& trial, const Model& start, const DataSet& data, const RefitOptions& settings) {
+  RefitReport report = refit(start, data, settings);
+  trial.refit.iterations += report.iterations;
+  trial.refit.wall_seconds += report.wall_seconds;
+  if (!(report.rmse <= trial.refit.rmse)) return;
+  trial.refit.model = std::move(report.model);
+  trial.refit.rmse = report.rmse;
+  trial.refit.status = report.status;
+  trial.refit.message = std::move(report.message);
+  trial.refit.free_parameters = report.free_parameters;
+  trial.refit.held = std::move(report.held);
+  trial.refit.initial_states = std::move(report.initial_states);
 }
 
 /// Final round: knots in step with the signal, then Levenberg-Marquardt to the end.
 void final_round(Trial& trial, std::size_t place, const AnyBlock& chain, const DataSet& data,
                  const FitOptions& options, SharedProgress& progress) {
-  const int rest = std::max(options.refit.max_iterations - trial.refit.iterations, 0);
-  const RefitOptions settings =
-      round_options(options, rest, "finalist " + std::to_string(place + 1), progress);
-  const bool settled = trial.refit.status == FitStatus::converged || progress.cancelled() || rest == 0;
-  if (settled) return;
-  const Model moved = with_knots_moved(trial.refit.model, chain, data, options.refit.prediction);
-  RefitReport report = refit(moved, data, settings);
-  if (!(report.rmse <= trial.refit.rmse)) report = refit(trial.refit.model, data, settings);
-  report.iterations += trial.refit.iterations;
-  report.wall_seconds += trial.refit.wall_seconds;
-  report.initial_rmse = trial.refit.initial_rmse;
-  trial.refit = std::move(report);
+  const std::string stage = "finalist " + std::to_string(place + 1);
+  const auto iterations_left = [&] { return std::max(options.refit.max_iterations - trial.refit.iterations, 0); };
+  for (int round = 0; round < options.knot_rounds && !progress.cancelled() && iterations_left() > 0; ++round) {
+    const Model moved = with_knots_moved(trial.refit.model, chain, data, options.refit.prediction);
+    const bool same = moved.chain.parameter_count() == trial.refit.model.chain.parameter_count() &&
+                      moved.parameters == trial.refit.model.parameters;
+    if (same) break;
+    const int iterations = std::min(options.knot_round_iterations, iterations_left());
+    continue_trial(trial, moved, data, round_options(options, iterations, stage, progress));
+  }
+  if (progress.cancelled() || iterations_left() == 0 || trial.refit.status == FitStatus::converged) return;
+  continue_trial(trial, trial.refit.model, data, round_options(options, iterations_left(), stage, progress));
 }
 
 /// Gains by convention, and the covariance in those coordinates.

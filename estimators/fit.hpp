@@ -11,13 +11,17 @@ namespace blockid {
 
 struct FitOptions {
   RefitOptions refit = {};
-  /// Candidates that are refitted.
-  int best = 4;
-  /// Iterations after which the knots are placed anew for the signal that now reaches the static block, and the worse
-  /// candidates are dropped.
-  int first_round_iterations = 15;
-  /// Candidates that go on after the first round.
+  /// Candidates that enter the first round.
+  int best = 8;
+  /// First round: iterations on the first samples of each record only; then the worse candidates are dropped.
+  int first_round_iterations = 25;
+  Index first_round_samples = 20000;
+  /// Candidates that go on to the final round on all data.
   int finalists = 2;
+  /// Final round: as often as this the knots are placed anew for the signal that now reaches the static block, after so
+  /// many iterations each; then Levenberg-Marquardt to the end. 0 keeps the knots of the candidate.
+  int knot_rounds = 3;
+  int knot_round_iterations = 25;
   std::uint64_t seed = 1;
   int threads = 1;
   ProgressFunction progress = {};
