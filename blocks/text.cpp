@@ -316,8 +316,7 @@ class Writer {
     const auto* parallel = block.target<Parallel>();
     if (series == nullptr && parallel == nullptr) return named(block);
     if (++depth_ > kMaxChainDepth) fail("text form: the chain nests deeper than ", kMaxChainDepth, " levels");
-    const std::string text =
-        series != nullptr ? "(" + row(series->children()) + ")" : "[" + sum(parallel->children()) + "]";
+    std::string text = series != nullptr ? "(" + row(series->children()) + ")" : "[" + sum(parallel->children()) + "]";
     --depth_;
     return text;
   }
