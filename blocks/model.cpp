@@ -1,10 +1,13 @@
 #include <blockid/blocks/model.hpp>
 
 #include <blockid/blocks/detail/children.hpp>
+#include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/data/error.hpp>
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace blockid {
 namespace {
@@ -16,7 +19,6 @@ Eigen::VectorXd first_state(const Model& model) {
   return model.initial_state.size() > 0 ? model.initial_state : Eigen::VectorXd::Zero(model.chain.state_count());
 }
 
-/// Zeros behind the input push the last outputs out of a chain that lags by its latency.
 Eigen::VectorXd run(const AnyBlock& block, std::span<const double> theta, std::span<double> x,
                     const Eigen::VectorXd& u) {
   Eigen::VectorXd y(u.size());
@@ -24,10 +26,44 @@ Eigen::VectorXd run(const AnyBlock& block, std::span<const double> theta, std::s
   return y;
 }
 
+/// Zeros behind the input push the last outputs out of a chain that lags by its latency.
 Eigen::VectorXd extended(const Eigen::VectorXd& u, Index samples) {
   Eigen::VectorXd longer = Eigen::VectorXd::Zero(u.size() + samples);
   longer.head(u.size()) = u;
   return longer;
+}
+
+/// The block with every range and knot below it placed for `signal`, and its parameters; `settled` turns false where
+/// they start anew. `signal` becomes the output.
+Rescaled adapted(const AnyBlock& block, const Eigen::VectorXd& theta, Eigen::VectorXd& signal, bool& settled) {
+  const bool is_row = block.target<Series>() != nullptr;
+  if (!is_row && block.target<Parallel>() == nullptr) {
+    AnyBlock placed = block.adapted_to(view(signal));
+    const bool same = placed.parameter_count() == block.parameter_count() && placed.arguments() == block.arguments();
+    settled = settled && same;
+    Eigen::VectorXd numbers = same ? theta : placed.initial_parameters();
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(placed.state_count());
+    signal = run(placed, view(numbers), view(x), signal);
+    return {std::move(placed), std::move(numbers)};
+  }
+  const Eigen::VectorXd input = signal;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(input.size());
+  std::vector<LabelledBlock> children;
+  std::vector<double> all;
+  Index offset = 0;
+  for (const LabelledBlock& child : block.children()) {
+    const Index count = child.block.parameter_count();
+    if (!is_row) signal = input;
+    Rescaled placed = adapted(child.block, theta.segment(offset, count), signal, settled);
+    offset += count;
+    sum += signal;
+    all.insert(all.end(), placed.parameters.begin(), placed.parameters.end());
+    children.push_back({child.label, std::move(placed.block)});
+  }
+  const Eigen::VectorXd numbers = Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Index>(all.size()));
+  if (is_row) return {Series(std::move(children)), numbers};
+  signal = sum;
+  return {Parallel(std::move(children)), numbers};
 }
 
 }  // namespace
@@ -72,14 +108,16 @@ Eigen::VectorXd simulate(const Model& model, const Eigen::VectorXd& u) {
 std::vector<Eigen::VectorXd> simulate_signals(const Model& model, const Eigen::VectorXd& u) {
   check(model);
   Eigen::VectorXd x = first_state(model);
+  // Each signal is taken as late as the blocks before it lag; the run goes on until the last one is complete.
+  Eigen::VectorXd running = extended(u, model.chain.latency());
   std::vector<Eigen::VectorXd> signals = {u};
   Index state_offset = 0;
+  Index latency = 0;
   for (const ChildParameters& child : top_level_blocks(model)) {
     const Index states = child.block.state_count();
-    const Index latency = child.block.latency();
-    const Eigen::VectorXd output = run(child.block, view(child.parameters),
-                                       detail::part(view(x), state_offset, states), extended(signals.back(), latency));
-    signals.push_back(output.tail(u.size()));
+    running = run(child.block, view(child.parameters), detail::part(view(x), state_offset, states), running);
+    latency += child.block.latency();
+    signals.push_back(running.segment(latency, u.size()));
     state_offset += states;
   }
   return signals;
@@ -87,34 +125,14 @@ std::vector<Eigen::VectorXd> simulate_signals(const Model& model, const Eigen::V
 
 Model adapt_structure(const Model& model, const Eigen::VectorXd& u) {
   check(model);
-  const auto* series = model.chain.target<Series>();
-  if (series == nullptr) {
-    Model adapted = model;
-    adapted.chain = model.chain.adapted_to(view(u));
-    if (adapted.chain.arguments() != model.chain.arguments()) {
-      adapted.parameters = adapted.chain.initial_parameters();
-      adapted.standard_deviations.resize(0);
-    }
-    return adapted;
-  }
-  std::vector<LabelledBlock> blocks;
-  std::vector<double> theta;
   Eigen::VectorXd signal = u;
-  for (const ChildParameters& child : top_level_blocks(model)) {
-    const AnyBlock block = child.block.adapted_to(view(signal));
-    const bool same = block.parameter_count() == child.block.parameter_count() &&
-                      block.arguments() == child.block.arguments();
-    const Eigen::VectorXd numbers = same ? child.parameters : block.initial_parameters();
-    theta.insert(theta.end(), numbers.begin(), numbers.end());
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(block.state_count());
-    signal = run(block, view(numbers), view(x), signal);
-    blocks.push_back({child.label, block});
-  }
-  Model adapted = model;
-  adapted.chain = Series(std::move(blocks));
-  adapted.standard_deviations.resize(0);
-  adapted.parameters = Eigen::Map<const Eigen::VectorXd>(theta.data(), static_cast<Index>(theta.size()));
-  return adapted;
+  bool settled = true;
+  Rescaled placed = adapted(model.chain, model.parameters, signal, settled);
+  Model result = model;
+  result.chain = std::move(placed.block);
+  result.parameters = std::move(placed.parameters);
+  if (!settled) result.standard_deviations.resize(0);
+  return result;
 }
 
 Simulator::Simulator(Model model) : model_(std::move(model)) {
@@ -151,8 +169,8 @@ std::vector<ChildParameters> top_level_blocks(const Model& model) {
     for (std::size_t k = 0; k < series->children().size(); ++k) {
       const LabelledBlock& child = series->children()[k];
       const Index offset = series->parameter_offset(static_cast<Index>(k));
-      result.push_back({child.label, child.block, offset,
-                        model.parameters.segment(offset, child.block.parameter_count())});
+      result.push_back(
+          {child.label, child.block, offset, model.parameters.segment(offset, child.block.parameter_count())});
     }
     return result;
   }

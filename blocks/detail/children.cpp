@@ -9,10 +9,12 @@ namespace blockid::detail {
 ChildOffsets child_offsets(const std::vector<LabelledBlock>& children, const char* what) {
   if (children.empty()) fail(what, ": expected at least one block, got none");
   ChildOffsets offsets{{0}, {0}};
+  // A block without a label bears its kind and place, which another's label may happen to be.
   std::set<std::string> labels;
-  for (const LabelledBlock& child : children) {
-    if (!child.label.empty() && !labels.insert(child.label).second) {
-      fail(what, ": the label '", child.label, "' comes twice; labels within one row or sum must differ");
+  for (std::size_t k = 0; k < children.size(); ++k) {
+    const LabelledBlock& child = children[k];
+    if (const std::string name = child_name(children, k); !labels.insert(name).second) {
+      fail(what, ": the label '", name, "' comes twice; labels within one row or sum must differ");
     }
     offsets.parameters.push_back(offsets.parameters.back() + child.block.parameter_count());
     offsets.states.push_back(offsets.states.back() + child.block.state_count());

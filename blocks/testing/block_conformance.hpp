@@ -627,9 +627,9 @@ inline void law_frequency_response(const ConformanceCase& c, LawRecorder& law) {
     if (!c.options.require_frequency_response) return law.skip("no frequency_response()");
     return law.violated("a linear block has no frequency_response()");
   }
-  // The transient has died away when the impulse response has.
+  // The transient has died away when the impulse response has. No delay is longer than the number of states.
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(c.x0.size());
-  Index transient = 256;
+  Index transient = 256 + 2 * c.block.state_count();
   for (;; transient *= 2) {
     const Eigen::VectorXd h = detail::apply_record(c.block, c.theta, rest, Eigen::VectorXd::Unit(2 * transient, 0)).y;
     if (h.tail(transient).lpNorm<1>() <= 1e-10 * h.lpNorm<1>()) break;

@@ -10,6 +10,16 @@
 #include <ostream>
 #include <utility>
 
+namespace blockid {
+
+/// How GoogleTest shows a block in its messages.
+inline void PrintTo(const AnyBlock& block, std::ostream* text) {  // NOLINT(readability-identifier-naming)
+  *text << "a block of kind " << block.kind() << " with " << block.parameter_count() << " parameters and "
+        << block.state_count() << " states";
+}
+
+}  // namespace blockid
+
 namespace blockid::testing {
 
 /// Matches any block that keeps all laws; explains with the violated ones.

@@ -2,10 +2,21 @@
 #include "blocks/custom_blocks.hpp"
 #include "blocks/random_chains.hpp"
 
+#include <blockid/blocks/biquads.hpp>
+#include <blockid/blocks/dead_zone.hpp>
+#include <blockid/blocks/delay.hpp>
+#include <blockid/blocks/fir.hpp>
+#include <blockid/blocks/gain.hpp>
+#include <blockid/blocks/memoryless.hpp>
+#include <blockid/blocks/offset.hpp>
 #include <blockid/blocks/parallel.hpp>
+#include <blockid/blocks/piecewise_linear.hpp>
 #include <blockid/blocks/polynomial.hpp>
 #include <blockid/blocks/rational.hpp>
+#include <blockid/blocks/saturation.hpp>
 #include <blockid/blocks/series.hpp>
+#include <blockid/blocks/spline.hpp>
+#include <blockid/blocks/tanh_network.hpp>
 #include <blockid/testing/block_conformance_gtest.hpp>
 
 #include <gmock/gmock.h>
@@ -70,6 +81,87 @@ INSTANTIATE_TEST_SUITE_P(Degrees, PolynomialLaws, ::testing::Values(0, 1, 2, 3, 
 TEST(PolynomialPoints, LawsHoldForTheHighestDegreeOnItsRange) {
   const Polynomial block(Polynomial::kMaxDegree, {-1.6, 1.6});
   EXPECT_THAT(block, ConformsToBlockLaws(at_random_parameters(block, 9)));
+}
+
+// Parameters at random, and adapted to a signal as well as not.
+void expect_laws(const AnyBlock& block, std::uint64_t seed) {
+  EXPECT_THAT(block, ConformsToBlockLaws(at_random_parameters(block, seed)));
+  EXPECT_THAT(block, ConformsToBlockLaws());
+  const Eigen::VectorXd v = uniform_input(300, seed);
+  const AnyBlock adapted = block.adapted_to(detail::view(v));
+  EXPECT_THAT(adapted, ConformsToBlockLaws(at_random_parameters(adapted, seed + 1)));
+}
+
+TEST(LibraryBlockLaws, Gain) { expect_laws(Gain{}, 20); }
+TEST(LibraryBlockLaws, Offset) { expect_laws(Offset{}, 21); }
+
+TEST(LibraryBlockLaws, Delay) {
+  for (const Index samples : {0, 1, 3}) expect_laws(Delay(samples), 22);
+  // Longer than a tile; two tangent counts will do, for every state is a column.
+  ConformanceOptions options;
+  options.upstream_counts = {0, 3};
+  EXPECT_THAT(Delay(513), ConformsToBlockLaws(options));
+}
+
+TEST(LibraryBlockLaws, Fir) {
+  for (const Index nb : {0, 1, 4, 9, 40}) expect_laws(Fir(nb), 23);
+  expect_laws(Fir(3, 2), 24);
+}
+
+TEST(LibraryBlockLaws, Biquads) {
+  for (const Index sections : {1, 2, 4}) {
+    expect_laws(Biquads(sections), 25);
+    expect_laws(Biquads(sections, true), 26);
+  }
+}
+
+TEST(LibraryBlockLaws, BiquadsOutsideTheCircle) {
+  const Biquads block(2);
+  ConformanceOptions options;
+  options.parameters = block.initial_parameters();
+  options.parameters->segment<2>(3) = Eigen::Vector2d(-1.5, 0.497);  // a pole at 1.006
+  const ConformanceReport report = check_block(block, options);
+  EXPECT_TRUE(report.ok()) << report.text();
+  EXPECT_THAT(report.skipped, ::testing::Contains(::testing::HasSubstr("does not die away")));
+}
+
+TEST(LibraryBlockLaws, PiecewiseLinear) {
+  for (const Index knots : {2, 3, 20}) expect_laws(PiecewiseLinear(knots), 27);
+  expect_laws(PiecewiseLinear(5, KnotPlacement::quantile), 28);
+  expect_laws(PiecewiseLinear(4, SignalRange{-0.7, 1.1}), 29);
+  expect_laws(PiecewiseLinear({-1.2, -1.0, 0.01, 0.9}), 30);
+}
+
+TEST(LibraryBlockLaws, Spline) {
+  for (const Index knots : {2, 3, 20}) expect_laws(Spline(knots), 31);
+  expect_laws(Spline(6, KnotPlacement::uniform), 32);
+  expect_laws(Spline(4, SignalRange{-0.7, 1.1}), 33);
+  expect_laws(Spline({-1.2, -1.0, 0.01, 0.9}), 34);
+}
+
+TEST(LibraryBlockLaws, Saturation) { expect_laws(Saturation{}, 35); }
+TEST(LibraryBlockLaws, DeadZone) { expect_laws(DeadZone{}, 36); }
+
+TEST(LibraryBlockLaws, TanhNetwork) {
+  for (const Index units : {1, 2, 5, 9}) expect_laws(TanhNetwork(units), 37);
+  expect_laws(TanhNetwork(3, {-0.5, 2.0}), 38);
+}
+
+TEST(LibraryBlockLaws, Memoryless) {
+  const Memoryless cubic([](auto theta, auto u) { return theta[0] * u + theta[1] * u * u * u; }, 2);
+  expect_laws(cubic, 39);
+  const Memoryless fixed([](auto, auto u) { return u * u; }, 0);
+  expect_laws(fixed, 40);
+}
+
+TEST(LibraryBlockLaws, HoldForInputsOfAnyUnit) {
+  for (const double scale : {1e-6, 1e5}) {
+    ConformanceOptions options;
+    options.input_scale = scale;
+    options.state_scale = scale;
+    options.difference_step = 2e-7 * std::min(1.0, scale);
+    EXPECT_THAT(Rational(2, 3), ConformsToBlockLaws(options)) << scale;
+  }
 }
 
 TEST(CustomBlockLaws, StaticBlock) { EXPECT_THAT(CustomTanh{}, ConformsToBlockLaws()); }

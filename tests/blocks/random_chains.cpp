@@ -1,9 +1,19 @@
 #include "blocks/random_chains.hpp"
 
+#include <blockid/blocks/biquads.hpp>
+#include <blockid/blocks/dead_zone.hpp>
+#include <blockid/blocks/delay.hpp>
+#include <blockid/blocks/fir.hpp>
+#include <blockid/blocks/gain.hpp>
+#include <blockid/blocks/offset.hpp>
 #include <blockid/blocks/parallel.hpp>
+#include <blockid/blocks/piecewise_linear.hpp>
 #include <blockid/blocks/polynomial.hpp>
 #include <blockid/blocks/rational.hpp>
+#include <blockid/blocks/saturation.hpp>
 #include <blockid/blocks/series.hpp>
+#include <blockid/blocks/spline.hpp>
+#include <blockid/blocks/tanh_network.hpp>
 
 #include <cmath>
 #include <complex>
