@@ -53,6 +53,7 @@ function(blockid_add_test name)
   gtest_discover_tests(
     ${name}
     TEST_PREFIX "${name}."
+    NO_PRETTY_VALUES
     WORKING_DIRECTORY "${scratch}"
     DISCOVERY_MODE PRE_TEST
     DISCOVERY_TIMEOUT 120
