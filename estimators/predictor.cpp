@@ -1,5 +1,6 @@
 #include <blockid/estimators/predictor.hpp>
 
+#include <blockid/blocks/detail/kernels.hpp>
 #include <blockid/data/error.hpp>
 
 #include <algorithm>
@@ -166,8 +167,40 @@ double counted_weight(const Record& record, Index t, Index warmup) {
   return weight(record, t);
 }
 
+/// Weights of the samples from `first` on.
+void fill_weights(const Record& record, Index first, Index warmup, std::span<double> weights) {
+  if (record.weights.size() == 0 && first >= warmup) {
+    std::fill(weights.begin(), weights.end(), 1.0);
+    return;
+  }
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    weights[k] = counted_weight(record, first + static_cast<Index>(k), warmup);
+  }
+}
+
 double weighted_residual(const Record& record, Index t, double w, double yhat) {
   return w == 0.0 ? 0.0 : w * (record.y[t] - yhat);
+}
+
+}  // namespace
+
+namespace {
+
+/// Rows -w dyhat/dp of a tile into the columns of their unknowns; false when one is not finite.
+bool write_rows(const Tangents& tangents, const double* weights, const std::vector<Index>& order, bool in_order,
+                Index unknowns, double* target) {
+  if (in_order) {
+    return detail::kernels().negated_rows(tangents.data, tangents.rows, tangents.stride, unknowns, weights, target);
+  }
+  double check = 0.0;
+  for (Index k = 0; k < tangents.rows; ++k) {
+    for (std::size_t c = 0; c < order.size(); ++c) {
+      const double value = -weights[k] * tangents.row(k)[c];
+      check += 0.0 * value;
+      target[k * unknowns + order[c]] = value;
+    }
+  }
+  return check == 0.0;
 }
 
 }  // namespace
@@ -215,31 +248,29 @@ bool Predictor::jacobian(const Eigen::VectorXd& p, double* r, double* jacobian) 
   check_unknowns(p);
   const Index unknowns = unknown_count();
   for (std::size_t i = 0; i < data_->records.size(); ++i) {
+    const Record& record = data_->records[i];
     const std::vector<Index> order = unknown_of_column(static_cast<Index>(i));
-    const Index samples = data_->records[i].u.size();
     const bool in_order = std::is_sorted(order.begin(), order.end()) && std::ssize(order) == unknowns;
-    if (!in_order) std::fill(jacobian, jacobian + samples * unknowns, 0.0);
-    bool finite = run_tangents(
+    if (!in_order) std::fill(jacobian, jacobian + record.u.size() * unknowns, 0.0);
+    std::array<double, static_cast<std::size_t>(kMaxTileRows)> weights;
+    bool finite = true;
+    const bool completed = run_tangents(
         p, static_cast<Index>(i),
         [&](const Timeline& timeline, Index first, std::span<const double> y, const Tangents& tangents) {
-          for (Index k = 0; k < tangents.rows; ++k) {
-            const Index t = timeline.predicted(first + k);
-            if (t < 0) continue;
-            const double w = counted_weight(timeline.record, t, options_.warmup);
-            r[t] = weighted_residual(timeline.record, t, w, y[static_cast<std::size_t>(k)]);
-            const double* source = tangents.row(k);
-            double* target = jacobian + t * unknowns;
-            if (in_order) {
-              for (Index c = 0; c < unknowns; ++c) target[c] = -w * source[c];
-            } else {
-              for (std::size_t c = 0; c < order.size(); ++c) target[order[c]] = -w * source[c];
-            }
+          const Index skipped = std::clamp<Index>(-timeline.predicted(first), 0, tangents.rows);
+          const Index t0 = timeline.predicted(first) + skipped;
+          const Tangents counted{tangents.row(skipped), tangents.rows - skipped, tangents.stride, 0};
+          const std::span<const double> predicted = y.subspan(static_cast<std::size_t>(skipped));
+          fill_weights(record, t0, options_.warmup, std::span<double>(weights).first(predicted.size()));
+          for (std::size_t k = 0; k < predicted.size(); ++k) {
+            const Index t = t0 + static_cast<Index>(k);
+            r[t] = weighted_residual(record, t, weights[k], predicted[k]);
           }
+          finite = write_rows(counted, weights.data(), order, in_order, unknowns, jacobian + t0 * unknowns) && finite;
         });
-    finite = finite && all_finite(jacobian, samples * unknowns);
-    if (!finite) return false;
-    r += samples;
-    jacobian += samples * unknowns;
+    if (!completed || !finite) return false;
+    r += record.u.size();
+    jacobian += record.u.size() * unknowns;
   }
   return true;
 }
@@ -247,23 +278,25 @@ bool Predictor::jacobian(const Eigen::VectorXd& p, double* r, double* jacobian) 
 namespace {
 
 /// Turns a tile of dyhat/dp into rows [-w dyhat/dp, w (y - yhat)], in place; rows that do not count become zero.
+/// The sign of J is left as it is and that of r turned instead: J'J and J'r are those of [-w dyhat, r].
 /// first_sample: sample of the record that row 0 predicts.
 void finish_rows(const Record& record, Index first_sample, Index warmup, std::span<const double> y,
                  const Tangents& tangents, Index columns) {
-  const bool unit_weights = record.weights.size() == 0;
+  const bool all_count = record.weights.size() == 0 && first_sample >= warmup;
   for (Index k = 0; k < tangents.rows; ++k) {
     const Index t = first_sample + k;
     double* row = tangents.row(k);
-    const double w = counted_weight(record, t, warmup);
-    if (w == 0.0) {
-      std::fill(row, row + columns + 1, 0.0);
+    if (!all_count) {
+      const double w = counted_weight(record, t, warmup);
+      if (w == 0.0) {
+        std::fill(row, row + columns + 1, 0.0);
+        continue;
+      }
+      for (Index c = 0; c < columns; ++c) row[c] *= w;
+      row[columns] = w * (y[static_cast<std::size_t>(k)] - record.y[t]);
       continue;
     }
-    // The sign of J is left as it is, that of r turned instead: J'J stays, J'r is that of [-w dyhat, r].
-    if (!unit_weights) {
-      for (Index c = 0; c < columns; ++c) row[c] *= w;
-    }
-    row[columns] = w * (y[static_cast<std::size_t>(k)] - record.y[t]);
+    row[columns] = y[static_cast<std::size_t>(k)] - record.y[t];
   }
 }
 

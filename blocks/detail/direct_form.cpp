@@ -5,17 +5,20 @@
 namespace blockid::detail {
 namespace {
 
-/// The last `order` values of a signal that carries its past in front, moved to the front for the next tile.
+/// Signals lie newest first: sample t of the tile at rows-1-t, the past behind it at a place that does not depend on rows.
+double* newest_first(double* buffer, Index rows) { return buffer + kMaxTileRows - rows; }
+
+/// The last `order` values become the past of the next tile.
 void keep_past(double* signal, Index order, Index rows) {
-  std::memmove(signal, signal + rows, static_cast<std::size_t>(order) * sizeof(double));
+  std::memmove(signal + rows, signal, static_cast<std::size_t>(order) * sizeof(double));
 }
 
-/// h = 1/A for this tile, driven by a unit impulse at the first sample of the record only.
+/// h = 1/A for this tile, newest first, driven by a unit impulse at the first sample of the record only.
 void impulse_response(const double* a, Index order, bool first_tile, double* h, Index rows) {
   for (Index t = 0; t < rows; ++t) {
     double value = first_tile && t == 0 ? 1.0 : 0.0;
-    for (Index k = 1; k <= order; ++k) value -= a[k] * h[order + t - k];
-    h[order + t] = value;
+    for (Index k = 1; k <= order; ++k) value -= a[k] * h[rows - 1 - t + k];
+    h[rows - 1 - t] = value;
   }
 }
 
@@ -29,32 +32,26 @@ void DirectFormTangents::push(const DirectForm<double>& filter, const Shape& sha
   const Index state_stride = padded_columns(tangents.upstream);
   const Kernels& kernel = kernels();
   double* columns_state = memory.data();
-  double* s = columns_state + order * state_stride;
-  double* r = s + order + kMaxTileRows;
-  double* h = r + order + kMaxTileRows;
-  double* started = h + order + kMaxTileRows;
+  double* s = newest_first(columns_state + order * state_stride, rows);
+  double* r = newest_first(columns_state + order * state_stride + (order + kMaxTileRows), rows);
+  double* h = newest_first(columns_state + order * state_stride + 2 * (order + kMaxTileRows), rows);
+  double* started = columns_state + order * state_stride + 3 * (order + kMaxTileRows);
 
-  filter.filter(x, u, y);
+  kernel.filter_tangents(filter.b(), filter.a(), order, x.data(), u.data(), y.data(), s, r, rows);
   kernel.filter_columns(filter.b(), filter.a(), order, columns_state, state_stride, tangents.data, rows,
                         tangents.stride, tangents.upstream);
-  kernel.all_pole_pair(filter.a(), order, u.data(), y.data(), s, r, rows);
-  const bool with_state = own == OwnColumns::parameters_and_state;
-  if (with_state) impulse_response(filter.a(), order, *started == 0.0, h, rows);
-  *started = 1.0;
-
-  for (Index t = 0; t < rows; ++t) {
-    double* column = tangents.own(t);
-    const double* s_now = s + order + t;
-    const double* r_now = r + order + t;
-    for (Index k = shape.first_b; k <= shape.nb; ++k) *column++ = s_now[-(shape.nk + k)];
-    for (Index k = 1; k <= shape.na; ++k) *column++ = -r_now[-k];
-    if (with_state) {
-      for (Index j = 0; j < order; ++j) *column++ = h[order + t - j];
-    }
+  double* columns = tangents.data + tangents.upstream;
+  const Index numerator = shape.nb + 1 - shape.first_b;
+  kernel.shifted_columns(s + shape.nk + shape.first_b, columns, rows, tangents.stride, numerator);
+  kernel.shifted_columns(r + 1, columns + numerator, rows, tangents.stride, shape.na);
+  if (own == OwnColumns::parameters_and_state) {
+    impulse_response(filter.a(), order, *started == 0.0, h, rows);
+    kernel.shifted_columns(h, columns + numerator + shape.na, rows, tangents.stride, order);
+    keep_past(h, order, rows);
   }
+  *started = 1.0;
   keep_past(s, order, rows);
   keep_past(r, order, rows);
-  if (with_state) keep_past(h, order, rows);
 }
 
 }  // namespace blockid::detail

@@ -25,9 +25,15 @@ struct Kernels {
   void (*filter_columns)(const double* b, const double* a, KernelIndex order, double* z, KernelIndex state_stride,
                          double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns);
 
-  /// s = u/A and r = y/A from histories: s, r are (order + n,), the first `order` entries hold the past.
-  void (*all_pole_pair)(const double* a, KernelIndex order, const double* u, const double* y, double* s, double* r,
-                        KernelIndex n);
+  /// filter_signal together with s = u/A and r = -y/A, which its tangents are read from. s, r: (n + order,), newest
+  /// first: on entry the last `order` entries hold the past, on exit entry n-1-t holds sample t.
+  void (*filter_tangents)(const double* b, const double* a, KernelIndex order, double* z, const double* u, double* y,
+                          double* s, double* r, KernelIndex n);
+
+  /// Row t of the tile becomes [signal_t, signal_{t-1}, ..., signal_{t-count+1}] for a signal stored newest first, as
+  /// filter_tangents leaves it: signal_t at entry rows-1-t. data: rows x stride.
+  void (*shifted_columns)(const double* signal, double* data, KernelIndex rows, KernelIndex stride,
+                          KernelIndex count);
 
   /// G += D'D on the upper triangle in blocks of 8: G is row-major, columns x columns with stride `gram_stride`;
   /// D is rows x stride row-major. columns and strides are multiples of 8. Entries below the diagonal blocks are
@@ -44,8 +50,14 @@ struct Kernels {
   void (*chebyshev_tangents)(const double* c, KernelIndex degree, double scale, double shift, const double* u,
                              double* y, KernelIndex n, double* data, KernelIndex stride, KernelIndex upstream);
 
-  /// row_t *= slope_t over the first `columns` columns of a row-major tile.
+  /// row_t *= slope_t over the first `columns` columns of a row-major tile; columns up to the next multiple of 8 are
+  /// scaled too.
   void (*scale_rows)(const double* slope, double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns);
+
+  /// target_t = -weight_t row_t, the first `columns` columns packed without padding; weight may be null: ones. False when
+  /// a value is not finite.
+  bool (*negated_rows)(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns,
+                       const double* weight, double* target);
 };
 
 /// Instruction sets in the order of preference.

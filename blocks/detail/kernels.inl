@@ -23,24 +23,29 @@ inline Vec splat(double value) {
 // ---------------------------------------------------------------------------------------------------------------
 // One signal
 
-inline void filter_head(const double* b, const double* a, KernelIndex order, const double* z, const double* u,
-                        double* y, KernelIndex n) {
+/// The first outputs, which the state adds to; n <= order.
+inline void filter_head(const double* b, const double* a, const double* z, const double* u, double* y,
+                        KernelIndex n) {
   for (KernelIndex t = 0; t < n; ++t) {
     double value = z[t] + b[0] * u[t];
     for (KernelIndex k = 1; k <= t; ++k) value += b[k] * u[t - k] - a[k] * y[t - k];
     y[t] = value;
   }
-  (void)order;
 }
 
 template <int Order>
 void filter_body(const double* b, const double* a, const double* u, double* y, KernelIndex n) {
-  // The output one step back comes last: it is the only term on the critical path.
+  if (n <= Order) return;
+  // Past outputs stay in registers, and the one step back comes last: it is the only term on the critical path.
+  double past[Order];
+  for (int k = 0; k < Order; ++k) past[k] = y[Order - 1 - k];
   for (KernelIndex t = Order; t < n; ++t) {
     double value = b[0] * u[t];
-    for (int k = Order; k >= 2; --k) value += b[k] * u[t - k] - a[k] * y[t - k];
-    value += b[1] * u[t - 1];
-    y[t] = value - a[1] * y[t - 1];
+    for (int k = Order; k >= 1; --k) value += b[k] * u[t - k];
+    for (int k = Order; k >= 1; --k) value -= a[k] * past[k - 1];
+    for (int k = Order - 1; k >= 1; --k) past[k] = past[k - 1];
+    past[0] = value;
+    y[t] = value;
   }
 }
 
@@ -65,7 +70,7 @@ inline void filter_state(const double* b, const double* a, KernelIndex order, do
 
 void filter_signal(const double* b, const double* a, KernelIndex order, double* z, const double* u, double* y,
                    KernelIndex n) {
-  filter_head(b, a, order, z, u, y, n < order ? n : order);
+  filter_head(b, a, z, u, y, n < order ? n : order);
   switch (order) {
     case 0:
       for (KernelIndex t = 0; t < n; ++t) y[t] = b[0] * u[t];
@@ -83,47 +88,102 @@ void filter_signal(const double* b, const double* a, KernelIndex order, double* 
   filter_state(b, a, order, z, u, y, n);
 }
 
-template <int Order>
-void all_pole_pair_fixed(const double* a, const double* u, const double* y, double* s, double* r, KernelIndex n) {
-  for (KernelIndex t = 0; t < n; ++t) {
-    double s_value = u[t];
-    double r_value = y[t];
-    for (int k = Order; k >= 1; --k) {
-      s_value -= a[k] * s[Order + t - k];
-      r_value -= a[k] * r[Order + t - k];
-    }
-    s[Order + t] = s_value;
-    r[Order + t] = r_value;
-  }
-}
-
+/// s = u/A and r = -y/A for samples first .. last-1, newest first in buffers of n + order.
 inline void all_pole_pair_any(const double* a, KernelIndex order, const double* u, const double* y, double* s,
-                              double* r, KernelIndex n) {
-  for (KernelIndex t = 0; t < n; ++t) {
+                              double* r, KernelIndex n, KernelIndex first, KernelIndex last) {
+  for (KernelIndex t = first; t < last; ++t) {
     double s_value = u[t];
-    double r_value = y[t];
+    double r_value = -y[t];
     for (KernelIndex k = order; k >= 1; --k) {
-      s_value -= a[k] * s[order + t - k];
-      r_value -= a[k] * r[order + t - k];
+      s_value -= a[k] * s[n - 1 - t + k];
+      r_value -= a[k] * r[n - 1 - t + k];
     }
-    s[order + t] = s_value;
-    r[order + t] = r_value;
+    s[n - 1 - t] = s_value;
+    r[n - 1 - t] = r_value;
   }
 }
 
-void all_pole_pair(const double* a, KernelIndex order, const double* u, const double* y, double* s, double* r,
-                   KernelIndex n) {
+/// The three recursions of a filter and its tangents in one loop: they hide each other's latency.
+template <int Order>
+void filter_tangents_body(const double* b, const double* a, const double* u, double* y, double* s, double* r,
+                          KernelIndex n) {
+  if (n <= Order) return;
+  double y_past[Order];
+  double s_past[Order];
+  double r_past[Order];
+  for (int k = 0; k < Order; ++k) {
+    y_past[k] = y[Order - 1 - k];
+    s_past[k] = s[n - Order + k];
+    r_past[k] = r[n - Order + k];
+  }
+  for (KernelIndex t = Order; t < n; ++t) {
+    double y_value = b[0] * u[t];
+    double s_value = u[t];
+    for (int k = Order; k >= 1; --k) y_value += b[k] * u[t - k];
+    for (int k = Order; k >= 1; --k) {
+      y_value -= a[k] * y_past[k - 1];
+      s_value -= a[k] * s_past[k - 1];
+    }
+    double r_value = -y_value;
+    for (int k = Order; k >= 1; --k) r_value -= a[k] * r_past[k - 1];
+    for (int k = Order - 1; k >= 1; --k) {
+      y_past[k] = y_past[k - 1];
+      s_past[k] = s_past[k - 1];
+      r_past[k] = r_past[k - 1];
+    }
+    y_past[0] = y_value;
+    s_past[0] = s_value;
+    r_past[0] = r_value;
+    y[t] = y_value;
+    s[n - 1 - t] = s_value;
+    r[n - 1 - t] = r_value;
+  }
+}
+
+void filter_tangents(const double* b, const double* a, KernelIndex order, double* z, const double* u, double* y,
+                     double* s, double* r, KernelIndex n) {
+  const KernelIndex head = n < order ? n : order;
+  filter_head(b, a, z, u, y, head);
+  all_pole_pair_any(a, order, u, y, s, r, n, 0, head);
   switch (order) {
-    case 0: all_pole_pair_fixed<0>(a, u, y, s, r, n); break;
-    case 1: all_pole_pair_fixed<1>(a, u, y, s, r, n); break;
-    case 2: all_pole_pair_fixed<2>(a, u, y, s, r, n); break;
-    case 3: all_pole_pair_fixed<3>(a, u, y, s, r, n); break;
-    case 4: all_pole_pair_fixed<4>(a, u, y, s, r, n); break;
-    case 5: all_pole_pair_fixed<5>(a, u, y, s, r, n); break;
-    case 6: all_pole_pair_fixed<6>(a, u, y, s, r, n); break;
-    case 7: all_pole_pair_fixed<7>(a, u, y, s, r, n); break;
-    case 8: all_pole_pair_fixed<8>(a, u, y, s, r, n); break;
-    default: all_pole_pair_any(a, order, u, y, s, r, n);
+    case 0:
+      for (KernelIndex t = 0; t < n; ++t) y[t] = b[0] * u[t];
+      all_pole_pair_any(a, 0, u, y, s, r, n, 0, n);
+      return;
+    case 1: filter_tangents_body<1>(b, a, u, y, s, r, n); break;
+    case 2: filter_tangents_body<2>(b, a, u, y, s, r, n); break;
+    case 3: filter_tangents_body<3>(b, a, u, y, s, r, n); break;
+    case 4: filter_tangents_body<4>(b, a, u, y, s, r, n); break;
+    case 5: filter_tangents_body<5>(b, a, u, y, s, r, n); break;
+    case 6: filter_tangents_body<6>(b, a, u, y, s, r, n); break;
+    case 7: filter_tangents_body<7>(b, a, u, y, s, r, n); break;
+    case 8: filter_tangents_body<8>(b, a, u, y, s, r, n); break;
+    default:
+      filter_body_any(b, a, order, u, y, n);
+      all_pole_pair_any(a, order, u, y, s, r, n, head, n);
+  }
+  filter_state(b, a, order, z, u, y, n);
+}
+
+template <int Count>
+void shifted_columns_fixed(const double* signal, double* data, KernelIndex rows, KernelIndex stride) {
+  for (KernelIndex t = 0; t < rows; ++t) __builtin_memcpy(data + t * stride, signal + rows - 1 - t, Count * 8);
+}
+
+void shifted_columns(const double* signal, double* data, KernelIndex rows, KernelIndex stride, KernelIndex count) {
+  switch (count) {
+    case 0: return;
+    case 1: shifted_columns_fixed<1>(signal, data, rows, stride); return;
+    case 2: shifted_columns_fixed<2>(signal, data, rows, stride); return;
+    case 3: shifted_columns_fixed<3>(signal, data, rows, stride); return;
+    case 4: shifted_columns_fixed<4>(signal, data, rows, stride); return;
+    case 5: shifted_columns_fixed<5>(signal, data, rows, stride); return;
+    case 6: shifted_columns_fixed<6>(signal, data, rows, stride); return;
+    case 7: shifted_columns_fixed<7>(signal, data, rows, stride); return;
+    case 8: shifted_columns_fixed<8>(signal, data, rows, stride); return;
+    default:
+      shifted_columns_fixed<8>(signal, data, rows, stride);
+      shifted_columns(signal + 8, data + 8, rows, stride, count - 8);
   }
 }
 
@@ -228,8 +288,33 @@ void filter_columns(const double* b, const double* a, KernelIndex order, double*
 void scale_rows(const double* slope, double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns) {
   for (KernelIndex t = 0; t < rows; ++t) {
     double* row = data + t * stride;
-    for (KernelIndex c = 0; c < columns; ++c) row[c] *= slope[t];
+    const double factor = slope[t];
+    for (KernelIndex c = 0; c < columns; c += kWidth) store(row + c, factor * load(row + c));
   }
+}
+
+bool negated_rows(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, const double* weight,
+                  double* target) {
+  Vec check = {};
+  double tail_check = 0.0;
+  for (KernelIndex t = 0; t < rows; ++t) {
+    const double* row = data + t * stride;
+    double* out = target + t * columns;
+    const double factor = weight == nullptr ? -1.0 : -weight[t];
+    KernelIndex c = 0;
+    for (; c + kWidth <= columns; c += kWidth) {
+      const Vec value = factor * load(row + c);
+      check += 0.0 * value;
+      store(out + c, value);
+    }
+    for (; c < columns; ++c) {
+      const double value = factor * row[c];
+      tail_check += 0.0 * value;
+      out[c] = value;
+    }
+  }
+  for (int lane = 0; lane < kWidth; ++lane) tail_check += check[lane];
+  return tail_check == 0.0;
 }
 
 // ---------------------------------------------------------------------------------------------------------------
@@ -298,46 +383,81 @@ void chebyshev(const double* c, KernelIndex degree, double scale, double shift, 
   }
 }
 
+/// Samples whose basis values are kept at once.
+constexpr KernelIndex kBasisRows = 64;
+
+/// T_0 .. T_degree of up to 64 samples, row k of `basis` holding T_k; value and slope (to u) of the series beside them.
+inline void chebyshev_basis(const double* c, KernelIndex degree, double scale, double shift, const double* u,
+                            KernelIndex n, double* basis, double* value, double* slope) {
+  for (KernelIndex t = 0; t < n; t += kWidth) {
+    double input[kWidth] = {};
+    for (KernelIndex lane = 0; lane < kWidth && t + lane < n; ++lane) input[lane] = u[t + lane];
+    const Vec x = scale * load(input) + shift;
+    // T_k' = k U_{k-1} with U_k = 2 x U_{k-1} - U_{k-2}.
+    Vec first_past = splat(1.0);
+    Vec first = x;
+    Vec second_past = {};
+    Vec second = splat(1.0);
+    Vec sum = splat(c[0]);
+    Vec rise = {};
+    store(basis + t, first_past);
+    for (KernelIndex k = 1; k <= degree; ++k) {
+      store(basis + k * kBasisRows + t, first);
+      sum += c[k] * first;
+      rise += (c[k] * static_cast<double>(k)) * second;
+      const Vec first_next = 2.0 * x * first - first_past;
+      const Vec second_next = 2.0 * x * second - second_past;
+      first_past = first;
+      first = first_next;
+      second_past = second;
+      second = second_next;
+    }
+    store(value + t, sum);
+    store(slope + t, scale * rise);
+  }
+}
+
+/// Row t of the tile becomes [basis_0(t), basis_1(t), ...].
+template <int Count>
+void transposed_columns_fixed(const double* basis, double* data, KernelIndex rows, KernelIndex stride) {
+  for (KernelIndex t = 0; t < rows; ++t) {
+    double row[Count];
+    for (int k = 0; k < Count; ++k) row[k] = basis[k * kBasisRows + t];
+    __builtin_memcpy(data + t * stride, row, sizeof row);
+  }
+}
+
+inline void transposed_columns(const double* basis, double* data, KernelIndex rows, KernelIndex stride,
+                               KernelIndex count) {
+  for (; count >= 4; count -= 4, basis += 4 * kBasisRows, data += 4) {
+    transposed_columns_fixed<4>(basis, data, rows, stride);
+  }
+  switch (count) {
+    case 1: transposed_columns_fixed<1>(basis, data, rows, stride); return;
+    case 2: transposed_columns_fixed<2>(basis, data, rows, stride); return;
+    case 3: transposed_columns_fixed<3>(basis, data, rows, stride); return;
+    default: return;
+  }
+}
+
 void chebyshev_tangents(const double* c, KernelIndex degree, double scale, double shift, const double* u, double* y,
                         KernelIndex n, double* data, KernelIndex stride, KernelIndex upstream) {
-  for (KernelIndex t = 0; t < n; ++t) {
-    const double x = scale * u[t] + shift;
-    double* row = data + t * stride;
-    double* own = row + upstream;
-    // T_k' = k U_{k-1} with U_k = 2 x U_{k-1} - U_{k-2}.
-    double first_prev = 1.0;
-    double first = x;
-    double second_prev = 0.0;
-    double second = 1.0;
-    double slope = 0.0;
-    double value = c[0];
-    if (degree >= 1) {
-      value += c[1] * x;
-      slope = c[1];
-    }
-    double basis[64];
-    basis[0] = 1.0;
-    basis[1] = x;
-    for (KernelIndex k = 2; k <= degree; ++k) {
-      const double next = 2.0 * x * first - first_prev;
-      const double second_next = 2.0 * x * second - second_prev;
-      first_prev = first;
-      first = next;
-      second_prev = second;
-      second = second_next;
-      basis[k] = next;
-      value += c[k] * next;
-      slope += c[k] * static_cast<double>(k) * second_next;
-    }
-    y[t] = value;
-    const double factor = slope * scale;
-    for (KernelIndex k = 0; k < upstream; ++k) row[k] *= factor;
-    for (KernelIndex k = 0; k <= degree; ++k) own[k] = basis[k];
+  double basis[64 * kBasisRows];
+  double value[kBasisRows];
+  double slope[kBasisRows];
+  for (KernelIndex start = 0; start < n; start += kBasisRows) {
+    const KernelIndex rows = n - start < kBasisRows ? n - start : kBasisRows;
+    double* tile = data + start * stride;
+    chebyshev_basis(c, degree, scale, shift, u + start, rows, basis, value, slope);
+    scale_rows(slope, tile, rows, stride, upstream);
+    transposed_columns(basis, tile + upstream, rows, stride, degree + 1);
+    for (KernelIndex t = 0; t < rows; ++t) y[start + t] = value[t];
   }
 }
 
 extern const Kernels kTable;
-const Kernels kTable = {BLOCKID_KERNEL_NAME, filter_signal, filter_columns,     all_pole_pair,
-                        add_gram,            chebyshev,     chebyshev_tangents, scale_rows};
+const Kernels kTable = {BLOCKID_KERNEL_NAME, filter_signal, filter_columns, filter_tangents,
+                        shifted_columns,     add_gram,      chebyshev,      chebyshev_tangents,
+                        scale_rows,          negated_rows};
 
 }  // namespace blockid::detail::BLOCKID_KERNEL_SET

@@ -1,0 +1,359 @@
+// Every set of inner loops against plain loops, at every order and in every remainder of the vector widths.
+#include <blockid/blocks/detail/kernels.hpp>
+#include <blockid/testing/block_conformance.hpp>
+
+#include <gmock/gmock.h>
+
+namespace blockid::detail {
+namespace {
+
+using blockid::testing::UniformNumbers;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Sums of at most 30 terms of order one, contracted to fused operations or not, behind a stable recursion.
+constexpr double kRounding = 1e-12;
+
+Index padded(Index n) { return (n + 7) / 8 * 8; }
+
+// Coefficients b, a: (order + 1,) of a stable filter; a_0 is garbage, for nobody may read it.
+struct Filter {
+  Eigen::VectorXd b;
+  Eigen::VectorXd a;
+  Index order;
+
+  Filter(Index n, UniformNumbers& numbers) : b(numbers.vector(n + 1)), a(numbers.vector(n + 1)), order(n) {
+    a *= 0.9 / std::max(1.0, a.tail(n).lpNorm<1>());
+    a[0] = kNaN;
+  }
+
+  // One sample of the transposed direct form II; z: (order,).
+  double step(double u, Eigen::VectorXd& z) const {
+    if (order == 0) return b[0] * u;
+    const double y = b[0] * u + z[0];
+    for (Index k = 0; k < order; ++k) {
+      z[k] = (k + 1 < order ? z[k + 1] : 0.0) + b[k + 1] * u - a[k + 1] * y;
+    }
+    return y;
+  }
+};
+
+class KernelsTest : public ::testing::TestWithParam<InstructionSet> {
+ protected:
+  void SetUp() override {
+    kernels_ = kernels_for(GetParam());
+    if (kernels_ == nullptr) GTEST_SKIP() << "this machine or build has no such kernels";
+  }
+
+  const Kernels* kernels_ = nullptr;
+};
+
+std::string name_of(InstructionSet set) {
+  switch (set) {
+    case InstructionSet::baseline:
+      return "baseline";
+    case InstructionSet::avx2:
+      return "avx2";
+    case InstructionSet::avx512:
+      return "avx512";
+  }
+  return "unknown";
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, KernelsTest,
+                         ::testing::Values(InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512),
+                         [](const auto& set) { return name_of(set.param); });
+
+TEST(KernelChoiceTest, BaselineIsAlwaysThereAndTheBestSetIsChosen) {
+  ASSERT_NE(kernels_for(InstructionSet::baseline), nullptr);
+  const Kernels* best = kernels_for(InstructionSet::baseline);
+  for (const InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
+    if (kernels_for(set) != nullptr) best = kernels_for(set);
+  }
+  EXPECT_STREQ(kernels().name, best->name);
+}
+
+TEST_P(KernelsTest, NameSaysWhichSetItIs) { EXPECT_EQ(kernels_->name, name_of(GetParam())); }
+
+TEST_P(KernelsTest, FilterSignalIsTheRecursion) {
+  UniformNumbers numbers(1);
+  for (Index order = 0; order <= 12; ++order) {
+    for (const Index n : {0, 1, 2, 3, 4, 5, 7, 8, 9, 11, 13, 64, 101}) {
+      const Filter filter(order, numbers);
+      const Eigen::VectorXd u = numbers.vector(n);
+      Eigen::VectorXd z = numbers.vector(order);
+      Eigen::VectorXd z_expected = z;
+      Eigen::VectorXd y = Eigen::VectorXd::Constant(n + 1, kNaN);
+      kernels_->filter_signal(filter.b.data(), filter.a.data(), order, z.data(), u.data(), y.data(), n);
+      for (Index t = 0; t < n; ++t) {
+        ASSERT_NEAR(y[t], filter.step(u[t], z_expected), kRounding) << "order " << order << ", n " << n << ", t " << t;
+      }
+      for (Index k = 0; k < order; ++k) {
+        ASSERT_NEAR(z[k], z_expected[k], kRounding) << "order " << order << ", n " << n << ", state " << k;
+      }
+      ASSERT_TRUE(std::isnan(y[n])) << "wrote beyond the end, order " << order << ", n " << n;
+    }
+  }
+}
+
+TEST_P(KernelsTest, FilterColumnsIsTheRecursionInEachColumn) {
+  UniformNumbers numbers(2);
+  for (Index order = 0; order <= 12; ++order) {
+    for (const Index columns : {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 12, 13, 15, 16, 17, 23, 24, 33}) {
+      const Filter filter(order, numbers);
+      const Index rows = 9;
+      const Index stride = padded(columns) + 8;
+      const Index state_stride = padded(columns);
+      // One number before the tile puts it out of every alignment.
+      Eigen::VectorXd tile = Eigen::VectorXd::Constant(1 + rows * stride, kNaN);
+      double* data = tile.data() + 1;
+      Eigen::VectorXd states = Eigen::VectorXd::Zero(1 + order * state_stride);
+      Eigen::MatrixXd expected(rows, columns);
+      Eigen::MatrixXd z_expected(order, columns);
+      for (Index c = 0; c < columns; ++c) {
+        Eigen::VectorXd z = numbers.vector(order);
+        for (Index k = 0; k < order; ++k) states[1 + k * state_stride + c] = z[k];
+        for (Index t = 0; t < rows; ++t) {
+          const double u = numbers.next();
+          data[t * stride + c] = u;
+          expected(t, c) = filter.step(u, z);
+        }
+        z_expected.col(c) = z;
+      }
+      kernels_->filter_columns(filter.b.data(), filter.a.data(), order, states.data() + 1, state_stride, data, rows,
+                               stride, columns);
+      for (Index c = 0; c < columns; ++c) {
+        for (Index t = 0; t < rows; ++t) {
+          ASSERT_NEAR(data[t * stride + c], expected(t, c), kRounding)
+              << "order " << order << ", columns " << columns << ", column " << c << ", t " << t;
+        }
+        for (Index k = 0; k < order; ++k) {
+          ASSERT_NEAR(states[1 + k * state_stride + c], z_expected(k, c), kRounding)
+              << "order " << order << ", columns " << columns << ", column " << c << ", state " << k;
+        }
+      }
+      ASSERT_TRUE(states.allFinite()) << "stale numbers came into the state, order " << order;
+      for (Index t = 0; t < rows; ++t) {
+        for (Index c = padded(columns); c < stride; ++c) {
+          ASSERT_TRUE(std::isnan(data[t * stride + c])) << "wrote to column " << c << " of " << columns;
+        }
+      }
+    }
+  }
+}
+
+TEST_P(KernelsTest, FilterTangentsContinueFromTheirHistoryAndFilterAsTheFilter) {
+  UniformNumbers numbers(3);
+  for (Index order = 0; order <= 12; ++order) {
+    for (const Index n : {1, 2, 5, 8, 33}) {
+      const Filter filter(order, numbers);
+      const Eigen::VectorXd u = numbers.vector(n);
+      Eigen::VectorXd z = numbers.vector(order);
+      Eigen::VectorXd z_expected = z;
+      Eigen::VectorXd y_expected(n);
+      kernels_->filter_signal(filter.b.data(), filter.a.data(), order, z_expected.data(), u.data(), y_expected.data(),
+                              n);
+      const Eigen::VectorXd s_past = numbers.vector(order);
+      const Eigen::VectorXd r_past = numbers.vector(order);
+      // Oldest first, as the recursion is written; the kernel keeps both newest first.
+      Eigen::VectorXd s_expected(order + n);
+      Eigen::VectorXd r_expected(order + n);
+      s_expected.head(order) = s_past.reverse();
+      r_expected.head(order) = r_past.reverse();
+      for (Index t = 0; t < n; ++t) {
+        s_expected[order + t] = u[t];
+        r_expected[order + t] = -y_expected[t];
+        for (Index k = 1; k <= order; ++k) {
+          s_expected[order + t] -= filter.a[k] * s_expected[order + t - k];
+          r_expected[order + t] -= filter.a[k] * r_expected[order + t - k];
+        }
+      }
+      Eigen::VectorXd s(n + order);
+      Eigen::VectorXd r(n + order);
+      s << Eigen::VectorXd::Constant(n, kNaN), s_past;
+      r << Eigen::VectorXd::Constant(n, kNaN), r_past;
+      Eigen::VectorXd y(n);
+      kernels_->filter_tangents(filter.b.data(), filter.a.data(), order, z.data(), u.data(), y.data(), s.data(),
+                                r.data(), n);
+      ASSERT_LE((y - y_expected).cwiseAbs().maxCoeff(), kRounding) << "order " << order << ", n " << n;
+      ASSERT_LE((z - z_expected).lpNorm<1>(), kRounding) << "order " << order << ", n " << n;
+      ASSERT_LE((s.reverse() - s_expected).cwiseAbs().maxCoeff(), kRounding) << "order " << order << ", n " << n;
+      ASSERT_LE((r.reverse() - r_expected).cwiseAbs().maxCoeff(), kRounding) << "order " << order << ", n " << n;
+    }
+  }
+}
+
+TEST_P(KernelsTest, ShiftedColumnsReadASignalStoredNewestFirst) {
+  UniformNumbers numbers(8);
+  for (const Index count : {0, 1, 2, 3, 4, 5, 7, 8, 9, 12, 17}) {
+    const Index rows = 6;
+    const Index stride = count + 3;
+    const Eigen::VectorXd signal = numbers.vector(rows + count);
+    const Eigen::VectorXd before = numbers.vector(rows * stride);
+    Eigen::VectorXd tile = before;
+    kernels_->shifted_columns(signal.data(), tile.data(), rows, stride, count);
+    for (Index t = 0; t < rows; ++t) {
+      for (Index c = 0; c < stride; ++c) {
+        const Index place = t * stride + c;
+        ASSERT_EQ(tile[place], c < count ? signal[rows - 1 - t + c] : before[place]) << "row " << t << ", column " << c;
+      }
+    }
+  }
+}
+
+TEST_P(KernelsTest, NegatedRowsPackAndReportWhatIsNotFinite) {
+  UniformNumbers numbers(9);
+  for (const Index columns : {1, 3, 4, 7, 8, 9, 16, 20}) {
+    const Index rows = 5;
+    const Index stride = padded(columns);
+    Eigen::VectorXd tile = numbers.vector(rows * stride);
+    for (Index t = 0; t < rows; ++t) tile.segment(t * stride + columns, stride - columns).setConstant(kNaN);
+    const Eigen::VectorXd weight = numbers.vector(rows);
+    Eigen::VectorXd target(rows * columns + 1);
+    target[rows * columns] = 7.0;
+    ASSERT_TRUE(kernels_->negated_rows(tile.data(), rows, stride, columns, weight.data(), target.data()));
+    for (Index t = 0; t < rows; ++t) {
+      for (Index c = 0; c < columns; ++c) {
+        ASSERT_EQ(target[t * columns + c], -weight[t] * tile[t * stride + c]) << "row " << t << ", column " << c;
+      }
+    }
+    ASSERT_EQ(target[rows * columns], 7.0) << "wrote beyond the last row";
+    ASSERT_TRUE(kernels_->negated_rows(tile.data(), rows, stride, columns, nullptr, target.data()));
+    ASSERT_EQ(target[0], -tile[0]);
+    tile[2 * stride + columns - 1] = kNaN;
+    ASSERT_FALSE(kernels_->negated_rows(tile.data(), rows, stride, columns, nullptr, target.data()));
+  }
+}
+
+TEST_P(KernelsTest, AddGramAddsToTheUpperTriangleAlone) {
+  UniformNumbers numbers(4);
+  for (const Index columns : {8, 16, 24, 40}) {
+    for (const Index rows : {0, 1, 5, 7, 64, 513}) {
+      const Index stride = columns + 8;
+      const Index gram_stride = columns + 16;
+      Eigen::VectorXd tile = numbers.vector(1 + rows * stride);
+      const Eigen::MatrixXd before = Eigen::MatrixXd::NullaryExpr(columns, columns, [&] { return numbers.next(); });
+      Eigen::VectorXd gram = Eigen::VectorXd::Constant(columns * gram_stride, kNaN);
+      for (Index i = 0; i < columns; ++i) {
+        for (Index j = 0; j < columns; ++j) gram[i * gram_stride + j] = before(i, j);
+      }
+      kernels_->add_gram(tile.data() + 1, rows, stride, columns, gram.data(), gram_stride);
+      using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      const Eigen::Map<const RowMajor, 0, Eigen::OuterStride<>> data(tile.data() + 1, rows, columns,
+                                                                     Eigen::OuterStride<>(stride));
+      const Eigen::MatrixXd expected = before + data.transpose() * data;
+      for (Index i = 0; i < columns; ++i) {
+        for (Index j = 0; j < gram_stride; ++j) {
+          const double got = gram[i * gram_stride + j];
+          if (j >= columns) {
+            ASSERT_TRUE(std::isnan(got)) << "wrote beside row " << i;
+          } else if (j / 8 < i / 8) {
+            ASSERT_EQ(got, before(i, j)) << "wrote below the diagonal blocks at " << i << ", " << j;
+          } else {
+            ASSERT_NEAR(got, expected(i, j), 1e-15 * static_cast<double>(10 + rows)) << i << ", " << j;
+          }
+        }
+      }
+    }
+  }
+}
+
+// T_k(x) and its derivative by the three-term recursion in long double.
+std::pair<double, double> chebyshev_sum(const Eigen::VectorXd& c, double x) {
+  long double value = 0.0L;
+  long double slope = 0.0L;
+  long double t0 = 1.0L;
+  long double t1 = x;
+  long double d0 = 0.0L;
+  long double d1 = 1.0L;
+  for (Index k = 0; k < c.size(); ++k) {
+    value += c[k] * t0;
+    slope += c[k] * d0;
+    const long double t2 = 2.0L * x * t1 - t0;
+    const long double d2 = 2.0L * t1 + 2.0L * x * d1 - d0;
+    t0 = t1;
+    t1 = t2;
+    d0 = d1;
+    d1 = d2;
+  }
+  return {static_cast<double>(value), static_cast<double>(slope)};
+}
+
+TEST_P(KernelsTest, ChebyshevSumsTheSeries) {
+  UniformNumbers numbers(5);
+  const double scale = 0.8;
+  const double shift = 0.15;
+  for (const Index degree : {0, 1, 2, 3, 4, 5, 8, 13, 60}) {
+    for (const Index n : {0, 1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17}) {
+      const Eigen::VectorXd c = numbers.vector(degree + 1);
+      const Eigen::VectorXd u = numbers.vector(n);
+      Eigen::VectorXd y = Eigen::VectorXd::Constant(n + 1, kNaN);
+      kernels_->chebyshev(c.data(), degree, scale, shift, u.data(), y.data(), n);
+      for (Index t = 0; t < n; ++t) {
+        // Clenshaw's sum loses up to degree^2 roundings near the ends of the range.
+        ASSERT_NEAR(y[t], chebyshev_sum(c, scale * u[t] + shift).first,
+                    1e-15 * static_cast<double>((degree + 3) * (degree + 3)))
+            << "degree " << degree << ", n " << n << ", t " << t;
+      }
+      ASSERT_TRUE(std::isnan(y[n])) << "wrote beyond the end";
+    }
+  }
+}
+
+TEST_P(KernelsTest, ChebyshevTangentsAreTheBasisAndTheScaledColumns) {
+  UniformNumbers numbers(6);
+  const double scale = 0.7;
+  const double shift = -0.2;
+  const Index n = 139;  // more samples than are worked on at once, and a remainder
+  for (const Index degree : {0, 1, 2, 3, 6, 60}) {
+    for (const Index upstream : {0, 1, 3, 8, 9}) {
+      const Eigen::VectorXd c = numbers.vector(degree + 1);
+      const Eigen::VectorXd u = numbers.vector(n);
+      const Index stride = padded(upstream + degree + 1);
+      const double tolerance = 1e-14 * std::pow(static_cast<double>(degree + 3), 4.0) / 10.0;
+      Eigen::VectorXd tile = Eigen::VectorXd::Constant(n * stride, kNaN);
+      Eigen::MatrixXd before(n, upstream);
+      for (Index t = 0; t < n; ++t) {
+        for (Index k = 0; k < upstream; ++k) tile[t * stride + k] = before(t, k) = numbers.next();
+      }
+      Eigen::VectorXd y(n);
+      kernels_->chebyshev_tangents(c.data(), degree, scale, shift, u.data(), y.data(), n, tile.data(), stride,
+                                   upstream);
+      for (Index t = 0; t < n; ++t) {
+        const double x = scale * u[t] + shift;
+        const auto [value, slope] = chebyshev_sum(c, x);
+        ASSERT_NEAR(y[t], value, tolerance) << "degree " << degree;
+        for (Index k = 0; k < upstream; ++k) {
+          ASSERT_NEAR(tile[t * stride + k], slope * scale * before(t, k), tolerance) << "degree " << degree;
+        }
+        for (Index k = 0; k <= degree; ++k) {
+          const double basis = chebyshev_sum(Eigen::VectorXd::Unit(degree + 1, k), x).first;
+          ASSERT_NEAR(tile[t * stride + upstream + k], basis, tolerance) << "T_" << k;
+        }
+      }
+    }
+  }
+}
+
+TEST_P(KernelsTest, ScaleRowsLeavesAllBeyondTheNextMultipleOfEightAlone) {
+  UniformNumbers numbers(7);
+  for (const Index columns : {0, 1, 2, 3, 5, 8, 9, 16, 19}) {
+    const Index rows = 6;
+    const Index stride = padded(columns) + 8;
+    const Eigen::VectorXd slope = numbers.vector(rows);
+    const Eigen::VectorXd before = numbers.vector(1 + rows * stride);
+    Eigen::VectorXd tile = before;
+    kernels_->scale_rows(slope.data(), tile.data() + 1, rows, stride, columns);
+    for (Index t = 0; t < rows; ++t) {
+      for (Index c = 0; c < stride; ++c) {
+        const Index place = 1 + t * stride + c;
+        if (c >= columns && c < padded(columns)) continue;
+        ASSERT_EQ(tile[place], c < columns ? slope[t] * before[place] : before[place])
+            << "columns " << columns << ", row " << t << ", column " << c;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace blockid::detail
