@@ -77,7 +77,7 @@ class AnyBlock {
   ParameterBounds bounds() const { return self_->bounds(); }
 
   /// Children of a Series or Parallel, empty for all others.
-  std::vector<LabelledBlock> children() const { return self_->children(); }
+  std::vector<LabelledBlock> children() const;
 
   /// y = B(theta, x) u. theta: (parameter_count(),), x: (state_count(),) in and out, u and y: (N,), not overlapping.
   void apply(std::span<const double> theta, std::span<double> x, std::span<const double> u,
@@ -376,6 +376,8 @@ struct AnyBlock::Holder final : AnyBlock::Interface {
     detail::push_dynamic_by_jets(block, theta, x, jets, u, y, tangents, own_count(own));
   }
 };
+
+inline std::vector<LabelledBlock> AnyBlock::children() const { return self_->children(); }
 
 inline std::optional<Rescaled> AnyBlock::with_scaled_input(std::span<const double> theta, double k) const {
   return self_->with_scaled_input(theta, k);
