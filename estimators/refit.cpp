@@ -21,8 +21,9 @@
 namespace blockid {
 namespace {
 
-/// Numbers of a Jacobian up to which Ceres gets all rows: 8 MB.
-constexpr Index kFullFormLimit = 1'000'000;
+/// Numbers of a Jacobian up to which Ceres gets all rows, for a QR factorisation that does not square its condition
+/// number; above it, compressed rows are several times faster (bench/refit_bench).
+constexpr Index kFullFormLimit = 20'000;
 /// Steps in a row that may lead to predictions that are not finite before the solver gives up.
 constexpr int kMaxInvalidSteps = 30;
 /// Condition number of the scaled Jacobian from which a minimum is called ill conditioned.
@@ -65,8 +66,8 @@ Handover handover_for(ResidualForm form, const Predictor& predictor) {
     case ResidualForm::triangle: return Handover::triangle;
     case ResidualForm::automatic: break;
   }
-  const bool small = predictor.sample_count() * predictor.unknown_count() <= kFullFormLimit;
-  return small ? Handover::full : Handover::compressed;
+  const bool few_rows = predictor.sample_count() * predictor.unknown_count() <= kFullFormLimit;
+  return few_rows ? Handover::full : Handover::compressed;
 }
 
 ParameterBounds bounds_of(const Model& model, const RefitOptions& options) {
@@ -87,6 +88,18 @@ ParameterBounds bounds_of(const Model& model, const RefitOptions& options) {
 
 bool is_bounded(const ParameterBounds& bounds, Index k) {
   return k < bounds.lower.size() && (std::isfinite(bounds.lower[k]) || std::isfinite(bounds.upper[k]));
+}
+
+/// The start moved to the nearest point within the bounds. A frozen parameter cannot be moved.
+Model within_bounds(const Model& start, const ParameterBounds& bounds, const std::vector<Index>& frozen) {
+  Model model = start;
+  model.parameters = start.parameters.cwiseMax(bounds.lower).cwiseMin(bounds.upper);
+  for (const Index k : frozen) {
+    if (model.parameters[k] == start.parameters[k]) continue;
+    fail("refit: ", start.chain.parameter_names()[static_cast<std::size_t>(k)], " is frozen at ", start.parameters[k],
+         ", outside its bounds [", bounds.lower[k], ", ", bounds.upper[k], "]");
+  }
+  return model;
 }
 
 /// The affine parameters that variable projection takes out of the search; empty for a joint fit.
@@ -124,15 +137,15 @@ void set_bounds(ceres::Problem& problem, double* q, const std::vector<Index>& sh
     const double upper = bounds.upper[shown[k]];
     if (std::isfinite(lower)) problem.SetParameterLowerBound(q, static_cast<int>(k), lower);
     if (std::isfinite(upper)) problem.SetParameterUpperBound(q, static_cast<int>(k), upper);
-    q[k] = std::clamp(q[k], lower, upper);
   }
 }
 
-ceres::Solver::Options solver_options(const RefitOptions& options, Handover handover) {
+ceres::Solver::Options solver_options(const RefitOptions& options, Handover handover, Index jacobian_size) {
   ceres::Solver::Options result;
   result.minimizer_type = ceres::TRUST_REGION;
   result.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
-  result.linear_solver_type = handover == Handover::full ? ceres::DENSE_NORMAL_CHOLESKY : ceres::DENSE_QR;
+  const bool many_rows = handover == Handover::full && jacobian_size > kFullFormLimit;
+  result.linear_solver_type = many_rows ? ceres::DENSE_NORMAL_CHOLESKY : ceres::DENSE_QR;
   result.max_num_iterations = options.max_iterations;
   result.function_tolerance = options.function_tolerance;
   result.parameter_tolerance = options.parameter_tolerance;
@@ -177,7 +190,8 @@ Search search(ceres::CostFunction& cost, Eigen::VectorXd q, const std::vector<in
     problem.SetManifold(q.data(), new ceres::SubsetManifold(static_cast<int>(q.size()), constant));
   }
   problem.AddResidualBlock(&cost, nullptr, q.data());
-  ceres::Solver::Options settings = solver_options(options, handover);
+  ceres::Solver::Options settings =
+      solver_options(options, handover, predictor.sample_count() * predictor.unknown_count());
   ProgressBridge bridge(options.progress, predictor, start);
   if (options.progress) settings.callbacks.push_back(&bridge);
   ceres::Solver::Summary summary;
@@ -233,6 +247,7 @@ void add_covariance(RefitReport& report, const DataSet& data, const RefitOptions
   settings.prediction = options.prediction;
   settings.hold_gauges = false;
   settings.frozen = detail::names_of(report.model, fixed);
+  settings.initial_states = report.initial_states;
   report.covariance = covariance(report.model, data, settings);
   report.model.standard_deviations = report.covariance->standard_deviations;
   const bool poor = report.covariance->rank < report.covariance->free_count ||
@@ -266,10 +281,10 @@ RefitReport refit(const Model& start, const DataSet& data, const RefitOptions& o
   const ParameterBounds bounds = bounds_of(start, options);
   const std::vector<Index> eliminated = eliminated_unknowns(start, options, bounds, fixed.all);
 
-  RefitReport report{.model = start};
+  RefitReport report{.model = within_bounds(start, bounds, fixed.frozen)};
   report.free_parameters = start.parameters.size() - static_cast<Index>(fixed.all.size());
   report.held = detail::names_of(start, fixed.gauges);
-  const Eigen::VectorXd p = detail::unknowns_of(start, predictor);
+  const Eigen::VectorXd p = detail::unknowns_of(report.model, predictor);
   report.initial_rmse = rmse_of(predictor.sum_of_squares(p), predictor);
   report.rmse = report.initial_rmse;
   if (!std::isfinite(report.initial_rmse)) {
