@@ -31,15 +31,15 @@ enum class FileKind { csv, mat };
 /// Where a record comes from. Exactly one of sample_time_s, rate_hz, rate_from and sample_time_from
 /// must be set.
 struct LoadSpec {
-  std::filesystem::path path;
-  std::string input;                            ///< name as in load_column
-  std::optional<std::string> output;            ///< not set: every output sample is missing (NaN, weight 0)
-  std::optional<double> sample_time_s;          ///< in seconds
-  std::optional<double> rate_hz;                ///< sampling frequency, sample time = 1 / rate_hz
-  std::optional<std::string> rate_from;         ///< name of a variable that holds the sampling frequency in Hz
-  std::optional<std::string> sample_time_from;  ///< name of a variable that holds the sample time in seconds
-  bool allow_missing = false;                   ///< an output sample that is NaN or an empty cell gets weight 0
-  CsvOptions csv;                               ///< allow_missing above holds for the file, whatever is set here
+  std::filesystem::path path = {};
+  std::string input = {};                            ///< name as in load_column
+  std::optional<std::string> output = {};            ///< not set: every output sample is missing (NaN, weight 0)
+  std::optional<double> sample_time_s = {};          ///< in seconds
+  std::optional<double> rate_hz = {};                ///< sampling frequency, sample time = 1 / rate_hz
+  std::optional<std::string> rate_from = {};         ///< name of a variable that holds the sampling frequency in Hz
+  std::optional<std::string> sample_time_from = {};  ///< name of a variable that holds the sample time in seconds
+  bool allow_missing = false;                        ///< an output sample that is NaN or an empty cell gets weight 0
+  CsvOptions csv = {};                               ///< allow_missing above holds for the file, whatever is set here
 };
 
 /// Reads the file once and returns a checked record named after the file (without folder and
