@@ -33,15 +33,31 @@ inline void filter_head(const double* b, const double* a, const double* z, const
   }
 }
 
+/// y_t = sum_k b_k u_{t-k} for t >= Order: no recursion, so whole vectors of samples at once.
+template <int Order>
+void moving_sum(const double* b, const double* u, double* y, KernelIndex n) {
+  KernelIndex t = Order;
+  for (; t + kWidth <= n; t += kWidth) {
+    Vec sum = b[0] * load(u + t);
+    for (int k = 1; k <= Order; ++k) sum += b[k] * load(u + t - k);
+    store(y + t, sum);
+  }
+  for (; t < n; ++t) {
+    double sum = b[0] * u[t];
+    for (int k = 1; k <= Order; ++k) sum += b[k] * u[t - k];
+    y[t] = sum;
+  }
+}
+
 template <int Order>
 void filter_body(const double* b, const double* a, const double* u, double* y, KernelIndex n) {
   if (n <= Order) return;
+  moving_sum<Order>(b, u, y, n);
   // Past outputs stay in registers, and the one step back comes last: it is the only term on the critical path.
   double past[Order];
   for (int k = 0; k < Order; ++k) past[k] = y[Order - 1 - k];
   for (KernelIndex t = Order; t < n; ++t) {
-    double value = b[0] * u[t];
-    for (int k = Order; k >= 1; --k) value += b[k] * u[t - k];
+    double value = y[t];
     for (int k = Order; k >= 1; --k) value -= a[k] * past[k - 1];
     for (int k = Order - 1; k >= 1; --k) past[k] = past[k - 1];
     past[0] = value;
@@ -103,40 +119,35 @@ inline void all_pole_pair_any(const double* a, KernelIndex order, const double* 
   }
 }
 
-/// The three recursions of a filter and its tangents in one loop: they hide each other's latency.
+typedef double Duo __attribute__((vector_size(16)));
+
+/// The three recursions of a filter and its tangents in one loop: they hide each other's latency, and those of s and r
+/// share their instructions.
 template <int Order>
 void filter_tangents_body(const double* b, const double* a, const double* u, double* y, double* s, double* r,
                           KernelIndex n) {
   if (n <= Order) return;
+  moving_sum<Order>(b, u, y, n);
   double y_past[Order];
-  double s_past[Order];
-  double r_past[Order];
+  Duo past[Order];
   for (int k = 0; k < Order; ++k) {
     y_past[k] = y[Order - 1 - k];
-    s_past[k] = s[n - Order + k];
-    r_past[k] = r[n - Order + k];
+    past[k] = Duo{s[n - Order + k], r[n - Order + k]};
   }
   for (KernelIndex t = Order; t < n; ++t) {
-    double y_value = b[0] * u[t];
-    double s_value = u[t];
-    for (int k = Order; k >= 1; --k) y_value += b[k] * u[t - k];
-    for (int k = Order; k >= 1; --k) {
-      y_value -= a[k] * y_past[k - 1];
-      s_value -= a[k] * s_past[k - 1];
-    }
-    double r_value = -y_value;
-    for (int k = Order; k >= 1; --k) r_value -= a[k] * r_past[k - 1];
+    double y_value = y[t];
+    for (int k = Order; k >= 1; --k) y_value -= a[k] * y_past[k - 1];
+    Duo value = {u[t], -y_value};
+    for (int k = Order; k >= 1; --k) value -= a[k] * past[k - 1];
     for (int k = Order - 1; k >= 1; --k) {
       y_past[k] = y_past[k - 1];
-      s_past[k] = s_past[k - 1];
-      r_past[k] = r_past[k - 1];
+      past[k] = past[k - 1];
     }
     y_past[0] = y_value;
-    s_past[0] = s_value;
-    r_past[0] = r_value;
+    past[0] = value;
     y[t] = y_value;
-    s[n - 1 - t] = s_value;
-    r[n - 1 - t] = r_value;
+    s[n - 1 - t] = value[0];
+    r[n - 1 - t] = value[1];
   }
 }
 
@@ -421,21 +432,25 @@ inline void chebyshev_basis(const double* c, KernelIndex degree, double scale, d
 template <int Count>
 void transposed_columns_fixed(const double* basis, double* data, KernelIndex rows, KernelIndex stride) {
   for (KernelIndex t = 0; t < rows; ++t) {
-    double row[Count];
+    double* row = data + t * stride;
     for (int k = 0; k < Count; ++k) row[k] = basis[k * kBasisRows + t];
-    __builtin_memcpy(data + t * stride, row, sizeof row);
   }
 }
 
 inline void transposed_columns(const double* basis, double* data, KernelIndex rows, KernelIndex stride,
                                KernelIndex count) {
-  for (; count >= 4; count -= 4, basis += 4 * kBasisRows, data += 4) {
-    transposed_columns_fixed<4>(basis, data, rows, stride);
+  for (; count > 8; count -= 8, basis += 8 * kBasisRows, data += 8) {
+    transposed_columns_fixed<8>(basis, data, rows, stride);
   }
   switch (count) {
     case 1: transposed_columns_fixed<1>(basis, data, rows, stride); return;
     case 2: transposed_columns_fixed<2>(basis, data, rows, stride); return;
     case 3: transposed_columns_fixed<3>(basis, data, rows, stride); return;
+    case 4: transposed_columns_fixed<4>(basis, data, rows, stride); return;
+    case 5: transposed_columns_fixed<5>(basis, data, rows, stride); return;
+    case 6: transposed_columns_fixed<6>(basis, data, rows, stride); return;
+    case 7: transposed_columns_fixed<7>(basis, data, rows, stride); return;
+    case 8: transposed_columns_fixed<8>(basis, data, rows, stride); return;
     default: return;
   }
 }
