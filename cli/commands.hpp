@@ -1,0 +1,14 @@
+// One function a command. Each returns the exit code and throws Error for the caller's mistakes.
+#pragma once
+
+#include <blockid/cli/options.hpp>
+
+namespace blockid::cli {
+
+int run_fit(const FitCommand& command);
+int run_simulate(const SimulateCommand& command);
+int run_bla(const BlaCommand& command);
+int run_info(const InfoCommand& command);
+int run_demo(const DemoCommand& command);
+
+}  // namespace blockid::cli

@@ -1,0 +1,105 @@
+#include <blockid/cli/fit_outcome.hpp>
+#include <blockid/cli/text_table.hpp>
+
+#include <blockid/blocks/text.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+
+namespace blockid::cli {
+namespace {
+
+using Align = TextTable::Align;
+
+std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
+  return {name,
+          number(metrics.rmse),
+          number(metrics.nrmse),
+          number(metrics.fit_percent),
+          number(metrics.r2),
+          number(metrics.vaf),
+          number(metrics.mae),
+          std::to_string(metrics.samples)};
+}
+
+}  // namespace
+
+void print_task(std::ostream& stream, const FitOutcome& outcome) {
+  stream << outcome.source << ": " << outcome.input_name << " -> " << outcome.output_name << ", sampled every "
+         << number(outcome.sample_time_s) << " s (" << number(1.0 / outcome.sample_time_s) << " Hz)\n"
+         << "model  " << outcome.requested_model << '\n'
+         << "train  " << to_text(outcome.train_ranges);
+  if (outcome.test) stream << "   test  " << to_text(outcome.test_ranges);
+  stream << "   warm-up  " << outcome.prediction.warmup << "   start  "
+         << initial_state_text(outcome.prediction.initial_state) << '\n';
+}
+
+void print_candidates(std::ostream& stream, const FitOutcome& outcome) {
+  constexpr std::size_t kShown = 12;
+  TextTable table{{{"#", Align::right},
+                   {"start RMSE", Align::right},
+                   {"final RMSE", Align::right},
+                   {"iterations", Align::right},
+                   {"status", Align::left},
+                   {"how", Align::left}},
+                  {}};
+  const std::vector<Trial>& trials = outcome.fit.trials;
+  for (std::size_t k = 0; k < std::min(trials.size(), kShown); ++k) {
+    const Trial& trial = trials[k];
+    table.rows.push_back({std::to_string(k + 1), number(trial.candidate.rmse),
+                          trial.refitted ? number(trial.refit.rmse) : "-",
+                          trial.refitted ? std::to_string(trial.refit.iterations) : "-",
+                          trial.refitted ? blockid::to_text(trial.refit.status) : "not refitted", trial.candidate.how});
+  }
+  stream << "\ncandidates\n";
+  print(stream, table);
+  if (trials.size() > kShown) stream << "  and " << trials.size() - kShown << " more\n";
+}
+
+void print_metrics(std::ostream& stream, const FitOutcome& outcome) {
+  const RefitReport& report = outcome.fit.report;
+  stream << "\nresult  " << blockid::to_text(report.status) << ", " << report.iterations << " iterations, "
+         << fixed_number(outcome.fit.wall_seconds, 2) << " s\n";
+  const std::string unit = outcome.output_unit.empty() ? "" : " [" + outcome.output_unit + "]";
+  TextTable table{{{"", Align::left},
+                   {"RMSE" + unit, Align::right},
+                   {"NRMSE", Align::right},
+                   {"fit %", Align::right},
+                   {"R2", Align::right},
+                   {"VAF %", Align::right},
+                   {"MAE" + unit, Align::right},
+                   {"samples", Align::right}},
+                  {metrics_row("train", outcome.train.total)}};
+  if (outcome.test) table.rows.push_back(metrics_row("test", outcome.test->total));
+  print(stream, table);
+  if (outcome.test && outcome.prediction.initial_state == InitialState::estimated) {
+    stream << "  the initial state of each test record was estimated from that record\n";
+  }
+  if (std::isfinite(noise_standard_deviation(outcome))) {
+    stream << "  estimated noise " << with_unit(number(noise_standard_deviation(outcome)), outcome.output_unit)
+           << " (standard deviation of what the model leaves, training data)\n";
+  }
+}
+
+void print_fit(std::ostream& stream, const FitOutcome& outcome) {
+  print_task(stream, outcome);
+  print_candidates(stream, outcome);
+  print_metrics(stream, outcome);
+
+  const Model& model = outcome.model();
+  stream << "\nparameters  " << free_count(outcome) << " free of " << model.parameters.size() << '\n';
+  TextTable table{{{"name", Align::left}, {"value", Align::right}, {"standard deviation", Align::right}}, {}};
+  const std::vector<std::string> names = model.chain.parameter_names();
+  for (Index k = 0; k < model.parameters.size(); ++k) {
+    const bool known = model.standard_deviations.size() > 0;
+    table.rows.push_back({names[static_cast<std::size_t>(k)], number(model.parameters[k], 8),
+                          !is_free(outcome, k) ? "held"
+                          : known              ? number(model.standard_deviations[k], 3)
+                                               : "-"});
+  }
+  print(stream, table);
+  for (const std::string& warning : outcome.warnings) stream << "warning: " << warning << '\n';
+}
+
+}  // namespace blockid::cli

@@ -1,0 +1,100 @@
+// The command line as structs: one a command, filled by program.cpp.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace blockid::cli {
+
+/// Where the samples come from.
+struct DataOptions {
+  std::string file;
+  std::string input;
+  std::optional<std::string> output;
+  std::optional<double> rate_hz;
+  std::optional<double> sample_time_s;
+  std::optional<std::string> rate_from;
+  std::optional<std::string> sample_time_from;
+  bool allow_missing = false;
+  std::string input_unit;
+  std::string output_unit;
+  /// Samples in one period of the input; 0 when aperiodic.
+  std::int64_t period = 0;
+};
+
+/// How predictions start and what is scored.
+struct ScoringOptions {
+  std::int64_t warmup = 0;
+  /// zero, estimated, periodic; simulate knows `model` besides.
+  std::string initial_state = "zero";
+};
+
+struct RangeOptions {
+  std::vector<std::string> train;
+  std::vector<std::string> test;
+};
+
+struct RunOptions {
+  std::uint64_t seed = 1;
+  /// 0: as many as the machine has processors.
+  int threads = 0;
+  /// No progress and no tables: errors only.
+  bool quiet = false;
+};
+
+/// Result files; an empty name writes none.
+struct OutputOptions {
+  std::string model;
+  std::string json;
+  std::string report;
+};
+
+struct FitCommand {
+  DataOptions data;
+  ScoringOptions scoring;
+  RangeOptions ranges;
+  RunOptions run;
+  OutputOptions outputs;
+  std::string model;
+  std::string init = "split";
+  int best = 0;
+  int max_iterations = 300;
+  std::vector<std::string> frozen;
+};
+
+struct SimulateCommand {
+  std::string model;
+  DataOptions data;
+  ScoringOptions scoring;
+  std::string range;
+  std::string csv;
+  std::string json;
+  bool quiet = false;
+};
+
+struct BlaCommand {
+  DataOptions data;
+  ScoringOptions scoring;
+  RangeOptions ranges;
+  RunOptions run;
+  std::string json;
+  std::string report;
+  int max_order = 6;
+  int max_delay = 0;
+  /// NB,NA[,NK]; empty: chosen from the order table.
+  std::vector<int> orders;
+};
+
+struct InfoCommand {
+  std::string file;
+  std::string json;
+};
+
+struct DemoCommand {
+  std::string output_dir = ".";
+  RunOptions run;
+};
+
+}  // namespace blockid::cli

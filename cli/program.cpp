@@ -1,0 +1,269 @@
+#include <blockid/cli/program.hpp>
+
+#include <blockid/cli/commands.hpp>
+#include <blockid/cli/exit_codes.hpp>
+#include <blockid/cli/initialisers.hpp>
+#include <blockid/cli/outputs.hpp>
+#include <blockid/data/error.hpp>
+#include <blockid/estimators/fit.hpp>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace blockid::cli {
+namespace {
+
+constexpr const char* kDescription =
+    "Identifies block-structured nonlinear dynamic systems (Wiener, Hammerstein, Wiener-Hammerstein, parallel\n"
+    "branches) from measured input and output.";
+
+/// Each occurrence takes one value, so that a following positional is not swallowed.
+template <class T>
+CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<T>& values, const std::string& help) {
+  return app.add_option(name, values, help)->allow_extra_args(false);
+}
+
+enum class Output { required, optional };
+
+void add_data_options(CLI::App& app, DataOptions& data, Output output, const std::string& sampling_default) {
+  const std::string group = "Data";
+  app.add_option("DATA", data.file, "data file: CSV (or columns separated by ; tab or blanks) or MAT v4, v5, v7, v7.3")
+      ->required();
+  app.add_option("--input", data.input, "input signal: CSV column name or 1-based number; MAT variable, struct.field, name[k]")
+      ->type_name("NAME")
+      ->required()
+      ->group(group);
+  CLI::Option* const output_option =
+      app.add_option("--output", data.output, "output signal, named likewise")->type_name("NAME")->group(group);
+  if (output == Output::required) output_option->required();
+  app.add_option("--rate", data.rate_hz, "sampling frequency in Hz" + sampling_default)->type_name("HZ")->group(group);
+  app.add_option("--sample-time", data.sample_time_s, "sample time in seconds" + sampling_default)
+      ->type_name("S")
+      ->group(group);
+  app.add_option("--rate-from", data.rate_from, "variable or column that holds the sampling frequency in Hz")
+      ->type_name("NAME")
+      ->group(group);
+  app.add_option("--sample-time-from", data.sample_time_from,
+                 "variable or column that holds the sample time in seconds")
+      ->type_name("NAME")
+      ->group(group);
+  app.add_flag("--allow-missing", data.allow_missing,
+               "output samples that are NaN or empty cells count as missing (default: an error)")
+      ->group(group);
+  app.add_option("--period", data.period, "samples in one period of the input (default: 0, aperiodic)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  app.add_option("--input-unit", data.input_unit, "unit of the input, for reports (default: none)")
+      ->type_name("TEXT")
+      ->group(group);
+  app.add_option("--output-unit", data.output_unit, "unit of the output, for reports (default: none)")
+      ->type_name("TEXT")
+      ->group(group);
+}
+
+void add_ranges(CLI::App& app, RangeOptions& ranges) {
+  const std::string group = "Ranges (samples, zero-based, half-open; repeatable, each a record of its own)";
+  add_repeated(app, "--train", ranges.train, "samples to identify from (default: all)")->type_name("A:B")->group(group);
+  add_repeated(app, "--test", ranges.test, "samples to judge the result on (default: none)")
+      ->type_name("A:B")
+      ->group(group);
+}
+
+void add_scoring(CLI::App& app, ScoringOptions& scoring, const std::vector<std::string>& states) {
+  const std::string group = "Scoring";
+  app.add_option("--warmup", scoring.warmup, "samples at the start of each record that are not scored (default: 0)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  std::string help = "state of the model before each record: zero (rest), estimated (fitted to the record's output), "
+                     "periodic (steady state, needs --period)";
+  if (states.size() > 3) help += ", model (as in the model file)";
+  app.add_option("--initial-state", scoring.initial_state, help + " (default: zero)")
+      ->type_name("WORD")
+      ->check(CLI::IsMember(states))
+      ->group(group);
+}
+
+CLI::Option* add_threads(CLI::App& app, RunOptions& run) {
+  constexpr int kMostThreads = 1024;
+  return app.add_option("--threads", run.threads, "threads (default: all processors)")
+      ->type_name("N")
+      ->check(CLI::Range(1, kMostThreads));
+}
+
+CLI::Option* add_quiet(CLI::App& app, bool& quiet) {
+  return app.add_flag("--quiet", quiet, "no progress and no tables, errors only (default: off)");
+}
+
+CLI::Option* add_file(CLI::App& app, const std::string& name, std::string& file, const std::string& help) {
+  return app.add_option(name, file, help + " (default: not written)")->type_name("FILE")->group("Results");
+}
+
+const std::vector<std::string> kStates = {"zero", "estimated", "periodic"};
+const std::vector<std::string> kSimulationStates = {"zero", "estimated", "periodic", "model"};
+
+void add_fit(CLI::App& program, FitCommand& command) {
+  CLI::App& app = *program.add_subcommand("fit", "identify a model from measured data");
+  app.footer(kExitCodesText);
+  add_data_options(app, command.data, Output::required, "");
+  add_ranges(app, command.ranges);
+  add_scoring(app, command.scoring, kStates);
+  const std::string group = "Model and fit";
+  app.add_option("--model", command.model,
+                 "the chain to identify, e.g. \"G1=rational(nb=3,na=3) | f=spline(knots=20) | G2=rational(nb=3,na=3)\"; "
+                 "left out only when --init names a model file")
+      ->type_name("TEXT")
+      ->group(group);
+  app.add_option("--init", command.init, "where the search starts: " + describe_initialisers() + " (default: split)")
+      ->type_name("NAME|FILE.json")
+      ->group(group);
+  app.add_option("--best", command.best,
+                 "starting models that are refitted (default: " + std::to_string(FitOptions{}.best) + ")")
+      ->type_name("K")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+  app.add_option("--max-iterations", command.max_iterations,
+                 "Levenberg-Marquardt iterations of one refit (default: " + std::to_string(command.max_iterations) +
+                     "; 0 judges the start)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  add_repeated(app, "--freeze", command.frozen,
+               "parameter that keeps its starting value, e.g. G1.b0; repeatable or separated by commas (default: none)")
+      ->delimiter(',')
+      ->type_name("NAME")
+      ->group(group);
+  app.add_option("--seed", command.run.seed, "seed of initialisers that use random numbers (default: 1)")
+      ->type_name("N")
+      ->group(group);
+  add_threads(app, command.run)->group(group);
+  add_file(app, "-o,--save", command.outputs.model, "model file (JSON)");
+  add_file(app, "--json", command.outputs.json, "all figures of the result as JSON");
+  add_file(app, "--report", command.outputs.report, "self-contained HTML report; its pictures need gnuplot");
+  add_quiet(app, command.run.quiet)->group("Results");
+}
+
+void add_simulate(CLI::App& program, SimulateCommand& command) {
+  CLI::App& app = *program.add_subcommand("simulate", "run a model on measured input");
+  app.footer(kExitCodesText);
+  app.add_option("MODEL", command.model, "model file (JSON) as written by fit")->required();
+  add_data_options(app, command.data, Output::optional, " (default: the model's)");
+  app.add_option("--range", command.range, "samples to simulate, zero-based, half-open (default: all)")
+      ->type_name("A:B")
+      ->group("Data");
+  add_scoring(app, command.scoring, kSimulationStates);
+  add_file(app, "-o,--save", command.csv, "CSV with the columns t_s, u, y (with --output), yhat, error (with --output)");
+  add_file(app, "--json", command.json, "metrics as JSON");
+  add_quiet(app, command.quiet)->group("Results");
+}
+
+void add_bla(CLI::App& program, BlaCommand& command) {
+  CLI::App& app = *program.add_subcommand("bla", "best linear approximation: order table, poles, zeros, Bode picture");
+  app.footer(kExitCodesText);
+  add_data_options(app, command.data, Output::required, "");
+  add_ranges(app, command.ranges);
+  add_scoring(app, command.scoring, kStates);
+  const std::string group = "Orders";
+  constexpr int kMostOrders = 50;
+  CLI::Option* const max_order =
+      app.add_option("--max-order", command.max_order, "largest degree nb = na of the order table (default: 6)")
+          ->type_name("N")
+          ->check(CLI::Range(1, kMostOrders))
+          ->group(group);
+  CLI::Option* const max_delay =
+      app.add_option("--max-delay", command.max_delay, "largest delay in samples of the order table (default: 0)")
+          ->type_name("K")
+          ->check(CLI::NonNegativeNumber)
+          ->group(group);
+  app.add_option("--orders", command.orders,
+                 "degrees of numerator and denominator and the delay in samples, instead of the order table "
+                 "(default: chosen from the table by the test RMSE, by BIC when there is no --test)")
+      ->type_name("NB,NA[,NK]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->excludes(max_order)
+      ->excludes(max_delay)
+      ->group(group);
+  add_threads(app, command.run)->group(group);
+  add_file(app, "--json", command.json, "all figures of the result as JSON");
+  add_file(app, "--report", command.report, "self-contained HTML report; its pictures need gnuplot");
+  add_quiet(app, command.run.quiet)->group("Results");
+}
+
+void add_info(CLI::App& program, InfoCommand& command) {
+  CLI::App& app = *program.add_subcommand("info", "what a data file or a model file holds");
+  app.footer(kExitCodesText);
+  app.add_option("FILE", command.file, "data file (CSV, MAT) or model file (JSON)")->required();
+  add_file(app, "--json", command.json, "the same as JSON");
+}
+
+void add_demo(CLI::App& program, DemoCommand& command) {
+  CLI::App& app = *program.add_subcommand(
+      "demo", "identify a built-in synthetic Wiener-Hammerstein system; writes model.json, report.html, result.json");
+  app.footer(kExitCodesText);
+  app.add_option("--output-dir", command.output_dir, "folder for the results, made if missing (default: the current one)")
+      ->type_name("DIR");
+  app.add_option("--seed", command.run.seed, "seed of the synthetic data (default: 1)")->type_name("N");
+  add_threads(app, command.run);
+  add_quiet(app, command.run.quiet);
+}
+
+struct Commands {
+  FitCommand fit;
+  SimulateCommand simulate;
+  BlaCommand bla;
+  InfoCommand info;
+  DemoCommand demo;
+};
+
+int dispatch(const CLI::App& app, const Commands& commands) {
+  const std::string name = app.get_subcommands().front()->get_name();
+  if (name == "fit") return run_fit(commands.fit);
+  if (name == "simulate") return run_simulate(commands.simulate);
+  if (name == "bla") return run_bla(commands.bla);
+  if (name == "info") return run_info(commands.info);
+  return run_demo(commands.demo);
+}
+
+int run(int argc, const char* const* argv) {
+  CLI::App app(kDescription, "blockid");
+  app.set_version_flag("--version", "blockid " BLOCKID_VERSION);
+  app.require_subcommand(1);
+  app.footer(std::string(kExitCodesText) + "blockid COMMAND --help explains a command's options.");
+  Commands commands;
+  add_fit(app, commands.fit);
+  add_simulate(app, commands.simulate);
+  add_bla(app, commands.bla);
+  add_info(app, commands.info);
+  add_demo(app, commands.demo);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kSuccess : kBadInput;
+  }
+  return dispatch(app, commands);
+}
+
+}  // namespace
+
+int run_program(int argc, const char* const* argv) {
+  try {
+    return run(argc, argv);
+  } catch (const OutputError& error) {
+    std::cerr << "blockid: " << error.what() << '\n';
+    return kCannotWrite;
+  } catch (const Error& error) {
+    std::cerr << "blockid: " << error.what() << '\n';
+    return kBadInput;
+  } catch (const std::exception& error) {
+    std::cerr << "blockid: internal error: " << error.what() << '\n';
+    return kInternalError;
+  }
+}
+
+}  // namespace blockid::cli

@@ -1,0 +1,349 @@
+#include <blockid/cli/report/figures.hpp>
+
+#include <blockid/cli/report/correlation.hpp>
+#include <blockid/cli/report/envelope.hpp>
+#include <blockid/cli/report/gnuplot.hpp>
+#include <blockid/cli/report/histogram.hpp>
+#include <blockid/cli/report/script.hpp>
+#include <blockid/cli/text_table.hpp>
+#include <blockid/data/error.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <iostream>
+#include <numbers>
+#include <vector>
+
+namespace blockid::cli {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr Index kZoomSamples = 400;
+constexpr Index kBuckets = 1000;
+constexpr Index kLags = 60;
+constexpr Index kCurvePoints = 300;
+constexpr Index kBins = 60;
+
+/// Colours that differ in print and for most kinds of colour blindness.
+constexpr const char* kStyles = R"(
+set style line 1 lc rgb '#111827' lw 1.6
+set style line 2 lc rgb '#2563eb' lw 1.4
+set style line 3 lc rgb '#dc2626' lw 1.1
+set style line 4 lc rgb '#9ca3af' lw 1 dt 2
+set style line 9 lc rgb '#e5e7eb' lw 1
+set border 3 lc rgb '#6b7280'
+set grid ls 9
+set tics nomirror out scale 0.6 textcolor rgb '#374151'
+set key outside top right horizontal samplen 2 textcolor rgb '#374151'
+set lmargin 11
+)";
+
+constexpr const char* kBandColour = "fillcolor rgb '#93c5fd' fillstyle transparent solid 0.55 noborder";
+
+/// Two panels with one abscissa; the upper takes `share` of the height.
+std::string upper_panel(double share) {
+  return "set multiplot\nset size 1," + fixed_number(share, 2) + "\nset origin 0," + fixed_number(1.0 - share, 2) +
+         "\nset format x ''\nset bmargin 0.6\nset tmargin 2\n";
+}
+
+std::string lower_panel(double share) {
+  return "set size 1," + fixed_number(1.0 - share, 2) +
+         "\nset origin 0,0\nset format x\nset bmargin 3.2\nset tmargin 0.6\nunset key\n";
+}
+
+VectorXd times(Index begin, Index count, double sample_time_s) {
+  return VectorXd::LinSpaced(count, static_cast<double>(begin), static_cast<double>(begin + count - 1)) * sample_time_s;
+}
+
+std::string x_range(const VectorXd& x) {
+  return "set xrange [" + number(x[0], 10) + ":" + number(x[x.size() - 1], 10) + "]\n";
+}
+
+/// Largest magnitude at which roots are drawn; farther ones would leave no room for the circle.
+constexpr double kMapRadius = 3.0;
+
+struct Points {
+  VectorXd real;
+  VectorXd imaginary;
+  std::string beyond;
+};
+
+Points points_of(const std::vector<std::complex<double>>& roots) {
+  std::vector<double> real;
+  std::vector<double> imaginary;
+  Points points;
+  for (const std::complex<double>& root : roots) {
+    if (std::abs(root) > kMapRadius) {
+      points.beyond += (points.beyond.empty() ? "" : ", ") + to_text(root);
+      continue;
+    }
+    real.push_back(root.real());
+    imaginary.push_back(root.imag());
+  }
+  points.real = Eigen::Map<const VectorXd>(real.data(), static_cast<Index>(real.size()));
+  points.imaginary = Eigen::Map<const VectorXd>(imaginary.data(), static_cast<Index>(imaginary.size()));
+  return points;
+}
+
+/// The roots and the circle with a margin.
+double map_reach(const Points& zeros, const Points& poles) {
+  double reach = 1.0;
+  for (const Points* points : {&zeros, &poles}) {
+    if (points->real.size() == 0) continue;
+    reach = std::max({reach, points->real.cwiseAbs().maxCoeff(), points->imaginary.cwiseAbs().maxCoeff()});
+  }
+  constexpr double kMargin = 1.15;
+  return kMargin * reach;
+}
+
+VectorXd decibels(const VectorXd& density) {
+  return density.unaryExpr([](double s) { return 10.0 * std::log10(s); });
+}
+
+Index lags_for(const ScoredRecord& scored) { return std::clamp<Index>(scored.yhat.size() / 4, 1, kLags); }
+
+}  // namespace
+
+Figure zoom_figure(const ScoredRecord& scored, const std::string& set, Index begin) {
+  const Record& record = scored.record;
+  const VectorXd error = scored_residual(scored);
+  const Index length = std::min<Index>(kZoomSamples, error.size());
+  const Index first = worst_stretch(error, length);
+  const VectorXd t = times(begin + first, length, record.sample_time_s);
+  Figure figure{.id = "measured-zoom",
+                .title = "Measured against simulated, " + set + " data, in detail",
+                .caption = std::to_string(length) + " samples from sample " + std::to_string(begin + first) +
+                           " on, where the error is largest; below, the error (measured - simulated) on its own scale.",
+                .script = {},
+                .height = 440};
+  figure.script = kStyles + data_block("d", {t, record.y.segment(first, length), scored.yhat.segment(first, length),
+                                             error.segment(first, length)}) +
+                  x_range(t) + upper_panel(0.62) + "set ylabel " +
+                  quoted(axis_label(record.output_name, record.output_unit)) +
+                  "\nplot $d using 1:2 with lines ls 1 title 'measured', $d using 1:3 with lines ls 2 title "
+                  "'simulated'\n" +
+                  lower_panel(0.62) + "set xlabel 'time [s]'\nset ylabel " +
+                  quoted(axis_label("error", record.output_unit)) + "\nplot $d using 1:4 with lines ls 3\nunset multiplot\n";
+  return figure;
+}
+
+Figure whole_figure(const ScoredRecord& scored, const std::string& set, Index begin) {
+  const Record& record = scored.record;
+  const Envelope measured = envelope(record.y, kBuckets);
+  const Envelope error = envelope(scored_residual(scored), kBuckets);
+  const VectorXd t = (measured.position.array() + static_cast<double>(begin)).matrix() * record.sample_time_s;
+  Figure figure{.id = "measured-whole",
+                .title = "Measured against error, " + set + " data, whole record",
+                .caption = "Smallest and largest value in each of " + std::to_string(t.size()) +
+                           " stretches of the record, on one scale; the warm-up is not scored and shows no error.",
+                .script = {},
+                .height = 300};
+  const std::string band = "with filledcurves";
+  figure.script = kStyles + data_block("d", {t, measured.lower, measured.upper, error.lower, error.upper}) +
+                  x_range(t) + "set xlabel 'time [s]'\nset ylabel " +
+                  quoted(axis_label(record.output_name, record.output_unit)) + "\nplot $d using 1:2:3 " + band +
+                  " fillcolor rgb '#9ca3af' title 'measured', $d using 1:4:5 " + band +
+                  " fillcolor rgb '#dc2626' title 'error'\n";
+  return figure;
+}
+
+Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand& measured) {
+  const auto limits = [](const VectorXd& centre, const VectorXd& deviation) {
+    return std::pair<VectorXd, VectorXd>{centre - 2.0 * deviation, centre + 2.0 * deviation};
+  };
+  const auto [low_db, high_db] = limits(band.magnitude_db, band.magnitude_deviation_db);
+  const auto [low_deg, high_deg] = limits(band.phase_deg, band.phase_deviation_deg);
+  const bool has_band = band.magnitude_deviation_db.maxCoeff() > 0.0;
+  const bool has_points = measured.frequency_hz.size() > 0;
+  Figure figure{.id = "bode-" + name,
+                .title = "Bode picture of " + name,
+                .caption = has_band ? "Shaded: 2 standard deviations, from the covariance of the parameters (delta "
+                                      "method), gains held by convention taken as exact."
+                                    : "No band: the covariance of the parameters is not known.",
+                .script = {},
+                .height = 460};
+  if (has_points) figure.caption += " Points: averaged cross spectrum over input spectrum, no model involved.";
+  std::string script = kStyles + data_block("d", {band.frequency_hz, band.magnitude_db, low_db, high_db,
+                                                  band.phase_deg, low_deg, high_deg});
+  if (has_points) script += data_block("m", {measured.frequency_hz, measured.magnitude_db, measured.phase_deg});
+  const auto panel = [&](int column) {
+    const std::string c = std::to_string(column);
+    const std::string low = std::to_string(column + 1);
+    const std::string high = std::to_string(column + 2);
+    std::string plot = "plot ";
+    if (has_band) plot += "$d using 1:" + low + ":" + high + " with filledcurves " + kBandColour + " title '2 sigma', ";
+    if (has_points) {
+      plot += "$m using 1:" + std::to_string(column == 2 ? 2 : 3) +
+              " with points pt 7 ps 0.25 lc rgb '#9ca3af' title 'averaged spectra', ";
+    }
+    return plot + "$d using 1:" + c + " with lines ls 2 title 'model'\n";
+  };
+  script += "set logscale x\n" + x_range(band.frequency_hz) + upper_panel(0.56) + "set ylabel 'magnitude [dB]'\n" +
+            panel(2) + lower_panel(0.56) + "set xlabel 'frequency [Hz]'\nset ylabel 'phase [deg]'\n" + panel(5) +
+            "unset multiplot\n";
+  figure.script = std::move(script);
+  return figure;
+}
+
+Figure pole_zero_figure(const std::string& name, const LinearRoots& roots) {
+  const Points zeros = points_of(roots.zeros);
+  const Points poles = points_of(roots.poles);
+  Figure figure{.id = "pole-zero-" + name,
+                .title = "Poles and zeros of " + name,
+                .caption = "In the z plane with the unit circle; roots at the origin are left out.",
+                .script = {},
+                .width = 440,
+                .height = 420};
+  if (!zeros.beyond.empty()) figure.caption += " Beyond the picture: zeros at " + zeros.beyond + ".";
+  if (!poles.beyond.empty()) figure.caption += " Beyond the picture: poles at " + poles.beyond + ".";
+  const std::string reach = number(map_reach(zeros, poles), 4);
+  std::string script = kStyles;
+  if (zeros.real.size() > 0) script += data_block("z", {zeros.real, zeros.imaginary});
+  if (poles.real.size() > 0) script += data_block("p", {poles.real, poles.imaginary});
+  script += "set size ratio -1\nset lmargin 8\nset xrange [-" + reach + ":" + reach + "]\nset yrange [-" + reach + ":" +
+            reach + "]\nset xlabel 'real'\nset ylabel 'imaginary' offset 1,0\nset parametric\nset trange [0:2*pi]\n" +
+            "set samples 200\nplot cos(t), sin(t) with lines ls 4 notitle";
+  if (poles.real.size() > 0) script += ", $p using 1:2 with points pt 2 ps 1.1 lw 2 lc rgb '#2563eb' title 'poles'";
+  if (zeros.real.size() > 0) script += ", $z using 1:2 with points pt 6 ps 1.1 lw 2 lc rgb '#dc2626' title 'zeros'";
+  figure.script = script + "\n";
+  return figure;
+}
+
+Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, const VectorXd& v) {
+  const Histogram counts = histogram(v, kBins);
+  const VectorXd grid = VectorXd::LinSpaced(kCurvePoints, v.minCoeff(), v.maxCoeff());
+  const CurveBand band = curve_band(leaf.block, leaf.parameters, covariance, grid);
+  const bool has_band = band.deviation.maxCoeff() > 0.0;
+  Figure figure{.id = "static-" + leaf.path,
+                .title = "Static block " + leaf.path + " over the histogram of its input",
+                .caption = "The curve within the range that its input covers in the training data; grey: how often the "
+                           "input falls into each of " +
+                           std::to_string(counts.centre.size()) + " bins.",
+                .script = {},
+                .height = 400};
+  if (has_band) figure.caption += " Shaded: 2 standard deviations.";
+  figure.script = kStyles + data_block("h", {counts.centre, 100.0 * counts.share}) +
+                  data_block("d", {band.u, band.f, band.f - 2.0 * band.deviation, band.f + 2.0 * band.deviation}) +
+                  x_range(grid) + "set border 11\nset rmargin 9\nset xlabel " + quoted("input of " + leaf.path) +
+                  "\nset ylabel " + quoted("output of " + leaf.path) +
+                  "\nset y2label 'share of samples [%]'\nset ytics nomirror\nset y2tics\nset y2range [0:" +
+                  number(std::max(300.0 * counts.share.maxCoeff(), 1e-3), 4) + "]\nset boxwidth " +
+                  number(counts.width, 8) + "\nplot $h using 1:2 axes x1y2 with boxes fillstyle solid 1 border lc rgb " +
+                  "'#e5e7eb' title 'histogram', " +
+                  (has_band ? std::string("$d using 1:3:4 with filledcurves ") + kBandColour + " title '2 sigma', " : "") +
+                  "$d using 1:2 with lines ls 2 lw 2 title 'f'\n";
+  return figure;
+}
+
+Figure autocorrelation_figure(const ScoredRecord& scored, const std::string& set) {
+  const Index lags = lags_for(scored);
+  const VectorXd mask = scored_mask(scored);
+  const VectorXd r = autocorrelation(scored_residual(scored), mask, lags);
+  const double band = whiteness_band(static_cast<Index>(mask.sum()));
+  const Index outside = (r.tail(lags).array().abs() > band).count();
+  Figure figure{.id = "residual-autocorrelation",
+                .title = "Autocorrelation of the residual, " + set + " data",
+                .caption = std::to_string(outside) + " of " + std::to_string(lags) +
+                           " lags lie outside the 99 % band of white noise. The model is an output-error model: coloured "
+                           "measurement noise alone leads to correlation here; what the model has missed of the input "
+                           "shows in the cross-correlation below.",
+                .script = {},
+                .height = 300};
+  figure.script = kStyles + data_block("d", {VectorXd::LinSpaced(lags + 1, 0.0, static_cast<double>(lags)), r}) +
+                  "band = " + number(band, 8) + "\nset xrange [-0.5:" + number(static_cast<double>(lags) + 0.5) +
+                  "]\nset xlabel 'lag [samples]'\nset ylabel 'correlation'\nplot $d using 1:2 with impulses ls 2 "
+                  "lw 2.5 title 'residual', band with lines ls 4 title '99 % band', -band with lines ls 4 notitle\n";
+  return figure;
+}
+
+Figure cross_correlation_figure(const ScoredRecord& scored, const std::string& set) {
+  const Index lags = lags_for(scored);
+  const VectorXd mask = scored_mask(scored);
+  const VectorXd error = scored_residual(scored);
+  const VectorXd r = cross_correlation(scored.record.u, error, mask, lags);
+  const double band = independence_band(autocorrelation(scored.record.u, VectorXd::Ones(mask.size()), lags),
+                                        autocorrelation(error, mask, lags), static_cast<Index>(mask.sum()));
+  const Index outside = (r.array().abs() > band).count();
+  const double width = static_cast<double>(lags);
+  Figure figure{.id = "residual-cross-correlation",
+                .title = "Cross-correlation of input and residual, " + set + " data",
+                .caption = std::to_string(outside) + " of " + std::to_string(r.size()) +
+                           " lags lie outside the 99 % band of independent signals (with the autocorrelations of both "
+                           "taken into account). Positive lags: the residual follows the input.",
+                .script = {},
+                .height = 300};
+  figure.script = kStyles + data_block("d", {VectorXd::LinSpaced(r.size(), -width, width), r}) +
+                  "band = " + number(band, 8) + "\nset xrange [" + number(-width - 0.5) + ":" + number(width + 0.5) +
+                  "]\nset xlabel 'lag [samples]'\nset ylabel 'correlation'\nplot $d using 1:2 with impulses ls 2 "
+                  "lw 2.5 title 'input and residual', band with lines ls 4 title '99 % band', -band with lines ls 4 "
+                  "notitle\n";
+  return figure;
+}
+
+Figure spectrum_figure(const ScoredRecord& scored, const std::string& set) {
+  const Record& record = scored.record;
+  const VectorXd mask = scored_mask(scored);
+  const VectorXd y = (mask.array() > 0.0).select(record.y, 0.0);
+  const Index segment = segment_length(y.size());
+  const Spectrum output = welch(y, record.sample_time_s, segment);
+  const Spectrum error = welch(scored_residual(scored), record.sample_time_s, segment);
+  const std::string unit = record.output_unit.empty() ? "1/Hz" : record.output_unit + "²/Hz";
+  Figure figure{.id = "error-spectrum",
+                .title = "Spectrum of the error beside that of the output, " + set + " data",
+                .caption = "Power spectral density from averaged periodograms, Hann window of " +
+                           std::to_string(segment) + " samples.",
+                .script = {},
+                .height = 340};
+  figure.script = kStyles + data_block("d", {output.frequency_hz, decibels(output.density), decibels(error.density)}) +
+                  x_range(output.frequency_hz) + "set xlabel 'frequency [Hz]'\nset ylabel " +
+                  quoted("density [dB re " + unit + "]") +
+                  "\nplot $d using 1:2 with lines ls 1 title 'measured output', $d using 1:3 with lines ls 3 title "
+                  "'error'\n";
+  return figure;
+}
+
+BodeBand measured_response(const Record& record) {
+  const Index segment = segment_length(record.u.size());
+  const CrossSpectrum cross = welch_cross(record.u, record.y, record.sample_time_s, segment);
+  const double floor = 1e-4 * cross.input_density.maxCoeff();
+  std::vector<double> frequency;
+  std::vector<double> magnitude;
+  std::vector<double> phase;
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  for (Index k = 1; k < cross.frequency_hz.size(); ++k) {
+    if (!(cross.input_density[k] > floor)) continue;
+    const std::complex<double> g = cross.cross_density[k] / cross.input_density[k];
+    frequency.push_back(cross.frequency_hz[k]);
+    magnitude.push_back(20.0 * std::log10(std::abs(g)));
+    double angle = kDegrees * std::arg(g);
+    if (!phase.empty()) angle += 360.0 * std::round((phase.back() - angle) / 360.0);
+    phase.push_back(angle);
+  }
+  const auto vector = [](const std::vector<double>& v) {
+    return VectorXd(Eigen::Map<const VectorXd>(v.data(), static_cast<Index>(v.size())));
+  };
+  BodeBand band;
+  band.frequency_hz = vector(frequency);
+  band.magnitude_db = vector(magnitude);
+  band.phase_deg = vector(phase);
+  return band;
+}
+
+void add_figure(HtmlPage& page, const Figure& figure, bool gnuplot) {
+  if (!gnuplot) {
+    page.missing_figure(figure.id, figure.title, kGnuplotMissing);
+    return;
+  }
+  try {
+    page.figure(figure.id, figure.title, gnuplot_svg(figure.script, figure.id, figure.width, figure.height),
+                figure.caption, figure.width);
+  } catch (const Error& error) {
+    // A report without one picture is worth more than none.
+    std::cerr << "blockid: " << error.what() << '\n';
+    page.missing_figure(figure.id, figure.title, error.what());
+  }
+}
+
+}  // namespace blockid::cli

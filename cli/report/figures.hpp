@@ -1,0 +1,52 @@
+// The pictures of the reports as gnuplot scripts.
+#pragma once
+
+#include <blockid/cli/evaluation.hpp>
+#include <blockid/cli/leaf_blocks.hpp>
+#include <blockid/cli/report/bode_band.hpp>
+#include <blockid/cli/report/html.hpp>
+#include <blockid/cli/report/spectrum.hpp>
+
+#include <Eigen/Core>
+#include <string>
+
+namespace blockid::cli {
+
+/// A picture before gnuplot has drawn it.
+struct Figure {
+  std::string id;
+  std::string title;
+  std::string caption;
+  std::string script;
+  int width = 900;
+  int height = 360;
+};
+
+/// Measured, simulated and their difference around the samples with the largest error. begin: number of the record's
+/// first sample in the file.
+Figure zoom_figure(const ScoredRecord& scored, const std::string& set, Index begin);
+
+/// The whole record as envelopes of measured output and error.
+Figure whole_figure(const ScoredRecord& scored, const std::string& set, Index begin);
+
+/// Magnitude and phase with 2-sigma bands; `measured` (may be empty) adds points of a measured response.
+Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand& measured);
+
+Figure pole_zero_figure(const std::string& name, const LinearRoots& roots);
+
+/// f with its 2-sigma band over the histogram of its input v.
+Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, const Eigen::VectorXd& v);
+
+Figure autocorrelation_figure(const ScoredRecord& scored, const std::string& set);
+Figure cross_correlation_figure(const ScoredRecord& scored, const std::string& set);
+
+/// Spectra of measured output and error.
+Figure spectrum_figure(const ScoredRecord& scored, const std::string& set);
+
+/// The frequency response that the record itself shows, S_yu / S_uu by averaged periodograms, where the input has power.
+BodeBand measured_response(const Record& record);
+
+/// Draws the figure and puts it on the page; says why when there is no gnuplot.
+void add_figure(HtmlPage& page, const Figure& figure, bool gnuplot);
+
+}  // namespace blockid::cli
