@@ -19,6 +19,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// Relative difference of two RMSE that rounding alone may cause.
+constexpr double kEqualRmse = 1e-9;
+
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// The caller's progress function made safe for several threads, with a memory of the cancellation.
@@ -131,7 +134,8 @@ void continue_trial(Trial& trial, const Model& start, const DataSet& data, const
   RefitReport report = refit(start, data, settings);
   trial.refit.iterations += report.iterations;
   trial.refit.wall_seconds += report.wall_seconds;
-  if (!(report.rmse <= trial.refit.rmse)) return;
+  // Equal to rounding is no loss: a search that starts at its minimum reports convergence.
+  if (!(report.rmse <= trial.refit.rmse * (1.0 + kEqualRmse))) return;
   trial.refit.model = std::move(report.model);
   trial.refit.rmse = report.rmse;
   trial.refit.status = report.status;
