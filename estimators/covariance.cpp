@@ -36,7 +36,7 @@ Covariance covariance(const Model& model, const DataSet& data, const CovarianceO
   check(model);
   if (options.batch < 1) fail("covariance: a batch holds at least one sample, got ", options.batch);
   const Predictor predictor(model.chain, data, options.prediction);
-  const Eigen::VectorXd p = detail::unknowns_of(model, predictor);
+  const Eigen::VectorXd p = detail::unknowns_of(model, predictor, options.initial_states);
   const std::vector<Index> fixed = detail::fixed_parameters(model, options.frozen, options.hold_gauges).all;
   const std::vector<Index> free = detail::complement(fixed, predictor.unknown_count());
   const Index parameters = model.parameters.size();

@@ -18,15 +18,20 @@ struct Link {
   AnyBlock block;
   Eigen::VectorXd theta;
   Index offset;
+  /// (n_x,) initial state.
+  Eigen::VectorXd x;
 };
 
-std::vector<Link> links(const std::vector<LabelledBlock>& children, const Eigen::VectorXd& theta) {
+std::vector<Link> links(const AnyBlock& block, const Eigen::VectorXd& theta, const Eigen::VectorXd& x) {
   std::vector<Link> result;
   Index offset = 0;
-  for (const LabelledBlock& child : children) {
+  Index first_state = 0;
+  for (const LabelledBlock& child : block.children()) {
     const Index count = child.block.parameter_count();
-    result.push_back({child.label, child.block, theta.segment(offset, count), offset});
+    const Index states = child.block.state_count();
+    result.push_back({child.label, child.block, theta.segment(offset, count), offset, x.segment(first_state, states)});
     offset += count;
+    first_state += states;
   }
   return result;
 }
@@ -65,7 +70,7 @@ std::optional<Absorber> absorber_of(const std::vector<Link>& row, std::size_t po
 
 void collect(const AnyBlock& block, const Eigen::VectorXd& theta, Index base, std::vector<Index>& held) {
   const bool is_row = block.target<Series>() != nullptr;
-  const std::vector<Link> row = links(block.children(), theta);
+  const std::vector<Link> row = links(block, theta, Eigen::VectorXd::Zero(block.state_count()));
   for (std::size_t k = 0; k < row.size(); ++k) {
     if (is_row && has_gain(row[k]) && absorber_of(row, k)) {
       held.push_back(base + row[k].offset + *row[k].block.gain_parameter(view(row[k].theta)));
@@ -78,7 +83,8 @@ void collect(const AnyBlock& block, const Eigen::VectorXd& theta, Index base, st
 void move_gain(std::vector<Link>& row, std::size_t position, const Absorber& absorber) {
   Link& giver = row[position];
   Link& taker = row[absorber.position];
-  const double gain = giver.theta[*giver.block.gain_parameter(view(giver.theta))];
+  const Index held = *giver.block.gain_parameter(view(giver.theta));
+  const double gain = giver.theta[held];
   if (gain == 0.0) return;
   const std::optional<Rescaled> given = giver.block.with_scaled_output(view(giver.theta), 1.0 / gain);
   const std::optional<Rescaled> taken = absorber.side == Side::input
@@ -87,22 +93,31 @@ void move_gain(std::vector<Link>& row, std::size_t position, const Absorber& abs
   if (!given || !taken) return;
   giver.block = given->block;
   giver.theta = given->parameters;
+  giver.theta[held] = 1.0;  // x (1 / x) may miss one by a rounding
   taker.block = taken->block;
   taker.theta = taken->parameters;
+  // What lies in store between giver and taker shrinks with the giver's output, or grows with the taker's.
+  if (absorber.position > position) {
+    for (std::size_t k = position; k < absorber.position; ++k) row[k].x /= gain;
+  } else {
+    for (std::size_t k = absorber.position + 1; k < position; ++k) row[k].x *= gain;
+  }
 }
 
 struct Normalised {
   AnyBlock block;
   Eigen::VectorXd theta;
+  Eigen::VectorXd x;
 };
 
-Normalised normalise_block(const AnyBlock& block, const Eigen::VectorXd& theta) {
-  std::vector<Link> row = links(block.children(), theta);
-  if (row.empty()) return {block, theta};
+Normalised normalise_block(const AnyBlock& block, const Eigen::VectorXd& theta, const Eigen::VectorXd& x) {
+  std::vector<Link> row = links(block, theta, x);
+  if (row.empty()) return {block, theta, x};
   for (Link& link : row) {
-    const Normalised inner = normalise_block(link.block, link.theta);
+    const Normalised inner = normalise_block(link.block, link.theta, link.x);
     link.block = inner.block;
     link.theta = inner.theta;
+    link.x = inner.x;
   }
   const bool is_row = block.target<Series>() != nullptr;
   if (is_row) {
@@ -113,12 +128,16 @@ Normalised normalise_block(const AnyBlock& block, const Eigen::VectorXd& theta) 
   }
   std::vector<LabelledBlock> children;
   Eigen::VectorXd joined(theta.size());
+  Eigen::VectorXd states(x.size());
+  Index first_state = 0;
   for (const Link& link : row) {
     joined.segment(link.offset, link.theta.size()) = link.theta;
+    states.segment(first_state, link.x.size()) = link.x;
+    first_state += link.x.size();
     children.push_back({link.label, link.block});
   }
-  if (is_row) return {Series(std::move(children)), joined};
-  return {Parallel(std::move(children)), joined};
+  if (is_row) return {Series(std::move(children)), joined, states};
+  return {Parallel(std::move(children)), joined, states};
 }
 
 }  // namespace
@@ -132,10 +151,13 @@ std::vector<Index> gain_gauges(const AnyBlock& chain, const Eigen::VectorXd& the
 
 Model normalise(const Model& model) {
   check(model);
-  Normalised result = normalise_block(model.chain, model.parameters);
+  const bool at_rest = model.initial_state.size() == 0;
+  Normalised result = normalise_block(model.chain, model.parameters,
+                                      at_rest ? Eigen::VectorXd::Zero(model.chain.state_count()) : model.initial_state);
   Model normalised = model;
   normalised.chain = std::move(result.block);
   normalised.parameters = std::move(result.theta);
+  if (!at_rest) normalised.initial_state = std::move(result.x);
   if (normalised.parameters != model.parameters) normalised.standard_deviations.resize(0);
   return normalised;
 }

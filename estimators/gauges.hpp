@@ -16,8 +16,9 @@ namespace blockid {
 /// are treated each by itself. What is left undetermined (e.g. constants of two branches) shows in the covariance.
 std::vector<Index> gain_gauges(const AnyBlock& chain, const Eigen::VectorXd& theta);
 
-/// The same model, simulation unchanged, with every tradable gain fixed by convention: the largest numerator coefficient
-/// of each such linear block is +1, its neighbour takes the rest.
+/// The same model, simulation unchanged, with every tradable gain fixed by convention: the largest numerator
+/// coefficient of each such linear block is +1, its neighbour takes the rest. An initial state follows: those of linear
+/// blocks are taken to be in units of their output, as all filters here are.
 Model normalise(const Model& model);
 
 }  // namespace blockid

@@ -11,6 +11,9 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// Share of the cost before the least-squares step below which the cost after it is computed anew from residuals.
+constexpr double kCancellation = 1e-6;
+
 /// Writes compressed rows into Ceres's buffers.
 void hand_over(const CompressedRows& rows, double* residuals, double* jacobian) {
   Eigen::Map<Eigen::VectorXd>(residuals, rows.residuals.size()) = rows.residuals;
@@ -80,17 +83,26 @@ bool EliminatedCost::solve(const Eigen::VectorXd& q, Solved& solved) const {
   return true;
 }
 
+/// |r(q, c*)|^2 where last_ = (q, c*).
+double EliminatedCost::reduced_cost(const Solved& solved) const {
+  const double cost = solved.affine.residual_sum_of_squares;
+  const double before = solved.gram(solved.gram.rows() - 1, solved.gram.cols() - 1);
+  // A small difference of large numbers is rounding, at unstable filters nothing else: it must not pass for a good fit.
+  return cost > kCancellation * before ? cost : predictor_.sum_of_squares(last_);
+}
+
 bool EliminatedCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const Index count = static_cast<Index>(remaining_.size());
   const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(parameters[0], count);
-  const bool known = last_(remaining_) == q;
+  const bool known = last_is_solved_ && last_(remaining_) == q;
   Solved solved;
   if (!solve(q, solved)) return false;
   const bool wants_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
   if (!wants_jacobian || !known) {
     last_ = solved.p;
     last_(eliminated_) -= solved.affine.x;
-    if (!wants_jacobian) return hand_over_cost(solved.affine.residual_sum_of_squares, residuals, count + 1);
+    last_is_solved_ = true;
+    if (!wants_jacobian) return hand_over_cost(reduced_cost(solved), residuals, count + 1);
     if (!solve(q, solved)) return false;
   }
   // Projection off dr/dc: G_rr - G_rc G_cc^+ G_cr over the remaining unknowns and the residual.

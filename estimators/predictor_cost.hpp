@@ -52,12 +52,15 @@ class EliminatedCost final : public ceres::CostFunction {
  private:
   struct Solved;
   bool solve(const Eigen::VectorXd& q, Solved& solved) const;
+  double reduced_cost(const Solved& solved) const;
 
   const Predictor& predictor_;
   std::vector<Index> eliminated_;
   std::vector<Index> remaining_;
   // Ceres asks for the Jacobian where it has just asked for the cost: c* is kept for that.
   mutable Eigen::VectorXd last_;
+  // False as long as last_ is the caller's start, whose affine parameters are not c*.
+  mutable bool last_is_solved_ = false;
 };
 
 }  // namespace blockid

@@ -61,10 +61,14 @@ class ProgressBridge final : public ceres::IterationCallback {
 
 Handover handover_for(ResidualForm form, const Predictor& predictor) {
   switch (form) {
-    case ResidualForm::full: return Handover::full;
-    case ResidualForm::compressed: return Handover::compressed;
-    case ResidualForm::triangle: return Handover::triangle;
-    case ResidualForm::automatic: break;
+    case ResidualForm::full:
+      return Handover::full;
+    case ResidualForm::compressed:
+      return Handover::compressed;
+    case ResidualForm::triangle:
+      return Handover::triangle;
+    case ResidualForm::automatic:
+      break;
   }
   const bool few_rows = predictor.sample_count() * predictor.unknown_count() <= kFullFormLimit;
   return few_rows ? Handover::full : Handover::compressed;
@@ -160,9 +164,12 @@ ceres::Solver::Options solver_options(const RefitOptions& options, Handover hand
 FitStatus status_of(const ceres::Solver::Summary& summary, bool cancelled) {
   if (cancelled) return FitStatus::cancelled;
   switch (summary.termination_type) {
-    case ceres::CONVERGENCE: return FitStatus::converged;
-    case ceres::NO_CONVERGENCE: return FitStatus::max_iterations;
-    default: return FitStatus::diverged;
+    case ceres::CONVERGENCE:
+      return FitStatus::converged;
+    case ceres::NO_CONVERGENCE:
+      return FitStatus::max_iterations;
+    default:
+      return FitStatus::diverged;
   }
 }
 
@@ -199,9 +206,8 @@ Search search(ceres::CostFunction& cost, Eigen::VectorXd q, const std::vector<in
   result.q = std::move(q);
   result.status = status_of(summary, bridge.cancelled());
   result.message = summary.message;
-  result.iterations = static_cast<int>(summary.iterations.size()) > 0
-                          ? static_cast<int>(summary.iterations.size()) - 1
-                          : 0;
+  result.iterations =
+      static_cast<int>(summary.iterations.size()) > 0 ? static_cast<int>(summary.iterations.size()) - 1 : 0;
   return result;
 }
 
@@ -224,8 +230,8 @@ Search search_eliminated(const Predictor& predictor, const Eigen::VectorXd& p, c
                          const RefitOptions& options, Clock::time_point start) {
   EliminatedCost cost(predictor, eliminated, p);
   const std::vector<Index>& shown = cost.remaining();
-  Search result = search(cost, p(shown), constant_positions(shown, fixed), shown, bounds, options,
-                         Handover::compressed, predictor, start);
+  Search result = search(cost, p(shown), constant_positions(shown, fixed), shown, bounds, options, Handover::compressed,
+                         predictor, start);
   const Eigen::VectorXd complete = cost.complete(result.q);
   result.q = complete.size() > 0 ? complete : p;
   return result;
@@ -250,8 +256,8 @@ void add_covariance(RefitReport& report, const DataSet& data, const RefitOptions
   settings.initial_states = report.initial_states;
   report.covariance = covariance(report.model, data, settings);
   report.model.standard_deviations = report.covariance->standard_deviations;
-  const bool poor = report.covariance->rank < report.covariance->free_count ||
-                    report.covariance->condition > kIllConditioned;
+  const bool poor =
+      report.covariance->rank < report.covariance->free_count || report.covariance->condition > kIllConditioned;
   if (report.status == FitStatus::converged && poor) report.status = FitStatus::ill_conditioned;
 }
 
@@ -259,11 +265,16 @@ void add_covariance(RefitReport& report, const DataSet& data, const RefitOptions
 
 std::string to_text(FitStatus status) {
   switch (status) {
-    case FitStatus::converged: return "converged";
-    case FitStatus::max_iterations: return "max_iterations";
-    case FitStatus::diverged: return "diverged";
-    case FitStatus::cancelled: return "cancelled";
-    case FitStatus::ill_conditioned: return "ill_conditioned";
+    case FitStatus::converged:
+      return "converged";
+    case FitStatus::max_iterations:
+      return "max_iterations";
+    case FitStatus::diverged:
+      return "diverged";
+    case FitStatus::cancelled:
+      return "cancelled";
+    case FitStatus::ill_conditioned:
+      return "ill_conditioned";
   }
   return "unknown";
 }

@@ -95,7 +95,8 @@ struct RefitReport {
   std::optional<Covariance> covariance = std::nullopt;
 };
 
-/// argmin over theta (and initial states on request) of sum_t r_t^2, started at `start`, by Ceres's Levenberg-Marquardt.
+/// argmin over theta (and initial states on request) of sum_t r_t^2, started at `start`, by Ceres's
+/// Levenberg-Marquardt.
 ///
 /// Throws Error for a caller's mistake: data that do not pass check(), fewer samples than parameters, unknown frozen
 /// names, bounds that cross. Numerical outcomes are in `status`, never exceptions.
@@ -109,10 +110,13 @@ struct CovarianceOptions {
   bool hold_gauges = true;
   bool robust = false;
   Index batch = 1000;
+  /// (n_x,) for each record when initial states are estimated; none: the model's own for all records.
+  std::vector<Eigen::VectorXd> initial_states = {};
 };
 Covariance covariance(const Model& model, const DataSet& data, const CovarianceOptions& options = {});
 
-/// yhat of the model over one record: rest, or the periodic steady state, or (estimated) from the model's initial state.
+/// yhat of the model over one record: rest, or the periodic steady state, or (estimated) from the model's initial
+/// state.
 Eigen::VectorXd predict(const Model& model, const Record& record, const PredictionOptions& options = {});
 
 /// The state at the start of `record` that fits its output best, all parameters of the model kept.

@@ -1,0 +1,131 @@
+#include <blockid/estimators/static_parameters.hpp>
+
+#include "data/message.hpp"
+#include "estimators/dense_twin.hpp"
+#include "estimators/systems.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace blockid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::model_of;
+
+std::vector<std::string> affine_names(const std::string& text) {
+  const AnyBlock chain = parse(text);
+  std::vector<std::string> names;
+  for (const Index k : affine_parameters(chain)) names.push_back(chain.parameter_names()[static_cast<std::size_t>(k)]);
+  return names;
+}
+
+TEST(AffineParametersTest, LastStaticBlockOfARow) {
+  EXPECT_THAT(affine_names("G=rational(nb=1,na=1) | f=polynomial(degree=1) | H=rational(nb=1,na=1)"),
+              ElementsAre("f.c0", "f.c1"));
+  EXPECT_THAT(affine_names("f=polynomial(degree=1) | G=gain | g=polynomial(degree=1)"), ElementsAre("g.c0", "g.c1"));
+  EXPECT_THAT(affine_names("f=polynomial(degree=1)"), ElementsAre("f.c0", "f.c1"));
+}
+
+TEST(AffineParametersTest, NoneWhereTheLastIsNotAffine) {
+  EXPECT_THAT(affine_names("f=polynomial(degree=1) | s=saturation"), IsEmpty());
+  EXPECT_THAT(affine_names("G=rational(nb=1,na=1)"), IsEmpty());
+  EXPECT_THAT(affine_names("G=fir(nb=1) | t=tanh_network(units=1) | H=fir(nb=1)"), IsEmpty());
+}
+
+TEST(AffineParametersTest, EachBranchOfASumAndNestedRows) {
+  EXPECT_THAT(
+      affine_names("[A=fir(nb=0) | f=polynomial(degree=0) + s=saturation + g=polynomial(degree=0)] | H=fir(nb=1)"),
+      ElementsAre("parallel1.series1.f.c0", "parallel1.g.c0"));
+}
+
+TEST(AffineParametersTest, NestedRow) {
+  EXPECT_THAT(affine_names("A=gain | (B=gain | (f=polynomial(degree=0) | C=gain) | D=gain) | E=gain"),
+              ElementsAre(HasSubstr("f.c0")));
+}
+
+class FitStaticTest : public ::testing::TestWithParam<const char*> {};
+
+// J'J of the affine columns squares a condition number below 1e3.
+constexpr double kSolve = 1e-9;
+
+TEST_P(FitStaticTest, IsTheDenseLeastSquaresSolution) {
+  Model model = make_model(parse(GetParam()));
+  const std::vector<Index> affine = affine_parameters(model.chain);
+  ASSERT_FALSE(affine.empty());
+  for (Index k = 0; k < model.parameters.size(); ++k)
+    model.parameters[k] += 0.1 * std::sin(1.0 + static_cast<double>(k));
+  testing::Noise numbers(3);
+  Record record;
+  record.u = numbers.white(300);
+  record.y = numbers.white(300);
+  record.weights = numbers.white(300).cwiseAbs();
+  record.weights.segment(40, 5).setZero();
+  record.y.segment(40, 5).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const DataSet data(record);
+  const PredictionOptions options{InitialState::zero, 9, 1};
+
+  const StaticFit fitted = fit_static(model, data, options);
+  ASSERT_TRUE(fitted.finite);
+  const testing::Dense dense = testing::dense_residuals(model.chain, data, options, model.parameters);
+  const Eigen::MatrixXd columns = dense.jacobian(Eigen::all, affine);
+  // Minimal norm in the scaled columns: the constants of two branches are one direction.
+  const Eigen::VectorXd norms = columns.colwise().norm();
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
+  qr.setThreshold(1e-7);
+  qr.compute(columns * norms.cwiseInverse().asDiagonal());
+  const Eigen::VectorXd step = norms.cwiseInverse().asDiagonal() * qr.solve(-dense.r);
+  Eigen::VectorXd expected = model.parameters;
+  expected(affine) += step;
+  EXPECT_LT((fitted.model.parameters - expected).norm(), kSolve * (1.0 + expected.norm()));
+  const double sum = (dense.r + columns * step).squaredNorm();
+  EXPECT_NEAR(fitted.rmse, std::sqrt(sum / (300.0 - 9.0 - 5.0)), kSolve);
+  EXPECT_EQ(fitted.rank, qr.rank());
+  if (fitted.rank == std::ssize(affine)) {
+    EXPECT_LT(fitted.condition, 1e3);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Nested, FitStaticTest,
+    ::testing::Values(
+        "f=polynomial(degree=3)", "G=rational(nb=1,na=1) | f=spline(knots=3,range=[-2:2])",
+        "G=rational(nb=1,na=1) | (f=polynomial(degree=2) | (k=gain | H=fir(nb=2)))",
+        "[A=fir(nb=1) | f=polynomial(degree=2) + (g=piecewise_linear(knots=4,range=[-2:2]) | B=fir(nb=1))] | C=gain",
+        "[s=saturation + f=polynomial(degree=2)]"));
+
+TEST(FitStaticEdgeTest, DirectionsWithoutDataKeepTheirValues) {
+  // The input never leaves [0, 1]: the hat of the knot -2 is never touched.
+  Model model = model_of("f=piecewise_linear(knots=[-2, -1, 0, 1])", {7.0, 6.0, 0.0, 0.0});
+  Record record;
+  record.u = Eigen::VectorXd::LinSpaced(50, 0.0, 1.0);
+  record.y = 3.0 * record.u;
+  const StaticFit fitted = fit_static(model, record);
+  EXPECT_EQ(fitted.rank, 2);
+  EXPECT_TRUE(std::isinf(fitted.condition));
+  EXPECT_EQ(fitted.model.parameters[0], 7.0);
+  EXPECT_EQ(fitted.model.parameters[1], 6.0);
+  EXPECT_NEAR(fitted.model.parameters[3], 3.0, kSolve);
+  EXPECT_NEAR(fitted.rmse, 0.0, 1e-7);
+}
+
+TEST(FitStaticEdgeTest, NotFiniteIsAResultAndNothingAffineAnError) {
+  const Model unstable = model_of("G=rational(nb=0,na=1) | f=polynomial(degree=1)", {1, -9, 0, 1});
+  const Record record = testing::simulated_record(testing::linear(), 900, 0.1, 4);
+  const StaticFit fitted = fit_static(unstable, record);
+  EXPECT_FALSE(fitted.finite);
+  EXPECT_EQ(fitted.model.parameters, unstable.parameters);
+  EXPECT_TRUE(std::isinf(fitted.rmse));
+  EXPECT_THAT(BLOCKID_MESSAGE(fit_static(testing::linear(), record)), HasSubstr("linear in its parameters"));
+}
+
+}  // namespace
+}  // namespace blockid
