@@ -50,9 +50,7 @@ void analytic(Rows& rows) {
   if (!predictor.jacobian(the_case().theta, rows.r.data(), rows.jacobian.data())) std::abort();
 }
 
-double residual_alone() {
-  return Predictor(the_case().chain, the_case().data).sum_of_squares(the_case().theta);
-}
+double residual_alone() { return Predictor(the_case().chain, the_case().data).sum_of_squares(the_case().theta); }
 
 NormalEquations compressed() {
   NormalEquations sums(21);
@@ -116,11 +114,16 @@ void check_agreement() {
     const double difference = relative_difference(rows.jacobian, reference.jacobian);
     require(difference < tolerance, name, difference);
   };
-  check("Jets, stride 4", [](Rows& r) { jets<4>(r, kJetTile); }, kExactTolerance);
-  check("Jets, stride 8", [](Rows& r) { jets<8>(r, kJetTile); }, kExactTolerance);
-  check("Jets, stride 16", [](Rows& r) { jets<16>(r, kJetTile); }, kExactTolerance);
-  check("Jets, stride 20", [](Rows& r) { jets<20>(r, kJetTile); }, kExactTolerance);
-  check("whole-record Jets", [](Rows& r) { jets<20>(r, kSamples); }, kExactTolerance);
+  check(
+      "Jets, stride 4", [](Rows& r) { jets<4>(r, kJetTile); }, kExactTolerance);
+  check(
+      "Jets, stride 8", [](Rows& r) { jets<8>(r, kJetTile); }, kExactTolerance);
+  check(
+      "Jets, stride 16", [](Rows& r) { jets<16>(r, kJetTile); }, kExactTolerance);
+  check(
+      "Jets, stride 20", [](Rows& r) { jets<20>(r, kJetTile); }, kExactTolerance);
+  check(
+      "whole-record Jets", [](Rows& r) { jets<20>(r, kSamples); }, kExactTolerance);
   check("finite differences", finite_differences, kDifferenceTolerance);
   const Eigen::MatrixXd gram = compressed().gram();
   const Eigen::MatrixXd normal = reference.jacobian.transpose() * reference.jacobian;
@@ -172,7 +175,8 @@ double seconds(const std::function<void()>& run) {
   return thread_seconds() - start;
 }
 
-/// The same chain in scipy on the same input, its best time in seconds and its output; negative when scipy is not found.
+/// The same chain in scipy on the same input, its best time in seconds and its output; negative when scipy is not
+/// found.
 double scipy_seconds(const std::string& script) {
   const WienerHammersteinCase& c = the_case();
   const std::string base = "/tmp/blockid_derivatives_bench_" + std::to_string(static_cast<long>(std::time(nullptr)));
@@ -194,8 +198,7 @@ double scipy_seconds(const std::string& script) {
     Eigen::VectorXd r(kSamples);
     Predictor(c.chain, c.data).residuals(c.theta, r.data());
     const Eigen::VectorXd ours = c.data.records.front().y - r;
-    const double difference =
-        (ours - Eigen::Map<const Eigen::VectorXd>(output.data(), kSamples)).cwiseAbs().maxCoeff();
+    const double difference = (ours - Eigen::Map<const Eigen::VectorXd>(output.data(), kSamples)).cwiseAbs().maxCoeff();
     require(difference < 1e-8, "scipy chain", difference);
   }
   for (const char* ending : {".u", ".theta", ".y"}) std::remove((base + ending).c_str());
@@ -235,9 +238,10 @@ bool print_bar(const char* what, double value, double bar, bool at_most) {
 
 bool report_bars(const std::string& script) {
   const Bars best = measure_bars();
-  std::printf("\nKernels: %s. Best of 15 turns: residual alone %.3f ms, full Jacobian %.3f ms, compressed %.3f ms, "
-              "fastest Jets %.1f ms.\n\n| ratio | measured | bar | |\n|---|---|---|---|\n",
-              detail::kernels().name, 1e3 * best.residual, 1e3 * best.full, 1e3 * best.compressed, 1e3 * best.jets);
+  std::printf(
+      "\nKernels: %s. Best of 15 turns: residual alone %.3f ms, full Jacobian %.3f ms, compressed %.3f ms, "
+      "fastest Jets %.1f ms.\n\n| ratio | measured | bar | |\n|---|---|---|---|\n",
+      detail::kernels().name, 1e3 * best.residual, 1e3 * best.full, 1e3 * best.compressed, 1e3 * best.jets);
   bool met = print_bar("full Jacobian / residual alone", best.full / best.residual, 4.0, true);
   met = print_bar("fastest Jets / full Jacobian", best.jets / best.full, 10.0, false) && met;
   met = print_bar("compressed J'J, J'r, r'r / residual alone", best.compressed / best.residual, 5.0, true) && met;

@@ -51,9 +51,10 @@ int main(int argc, char** argv) {
   const double after = peak_megabytes();
   const double sum = predictor.sum_of_squares(c.theta);
   const bool agrees = finite && std::abs(sums.gram()(20, 20) - sum) <= 1e-9 * sum;
-  std::printf("%ld samples: record %.0f MB, resident before %.1f MB, compressed evaluation adds %.2f MB (limit %.0f MB); "
-              "r'r %s the residual pass\n",
-              static_cast<long>(samples), static_cast<double>(samples) * 16.0 / 1048576.0, before, after - before,
-              kLimitMegabytes, agrees ? "agrees with" : "DISAGREES with");
+  std::printf(
+      "%ld samples: record %.0f MB, resident before %.1f MB, compressed evaluation adds %.2f MB (limit %.0f MB); "
+      "r'r %s the residual pass\n",
+      static_cast<long>(samples), static_cast<double>(samples) * 16.0 / 1048576.0, before, after - before,
+      kLimitMegabytes, agrees ? "agrees with" : "DISAGREES with");
   return agrees && after - before < kLimitMegabytes ? EXIT_SUCCESS : EXIT_FAILURE;
 }

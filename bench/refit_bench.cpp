@@ -1,7 +1,7 @@
 // Whole refits of a Wiener-Hammerstein model over the length of the record and over the orders of its filters.
 //
-// The ways to fit (all rows handed to Ceres, compressed, QR triangle, static block eliminated) must first reach the same
-// minimum. The complexity fit of the first benchmark shows that cost grows linearly with the number of samples.
+// The ways to fit (all rows handed to Ceres, compressed, QR triangle, static block eliminated) must first reach the
+// same minimum. The complexity fit of the first benchmark shows that cost grows linearly with the number of samples.
 
 #include "wiener_hammerstein_case.hpp"
 
@@ -42,8 +42,7 @@ RefitOptions settings(ResidualForm form, StaticParameters static_parameters) {
 void check_agreement() {
   const WienerHammersteinCase c(5000);
   const Model start = perturbed(c);
-  const double reference =
-      refit(start, c.data, settings(ResidualForm::full, StaticParameters::joint)).rmse;
+  const double reference = refit(start, c.data, settings(ResidualForm::full, StaticParameters::joint)).rmse;
   const auto check = [&](const std::string& name, ResidualForm form, StaticParameters parameters) {
     const double rmse = refit(start, c.data, settings(form, parameters)).rmse;
     if (std::abs(rmse - reference) <= kSameMinimum * reference) return;

@@ -51,7 +51,7 @@ struct WienerHammersteinCase {
   static Eigen::VectorXd parameters() {
     Eigen::VectorXd p(20);
     p << 0.3, 0.2, 0.1, 0.05, -1.2, 0.65, -0.12,  //
-        0.1, 1.5, 0.3, -0.4, 0.05, 0.1,          //
+        0.1, 1.5, 0.3, -0.4, 0.05, 0.1,           //
         0.4, 0.3, -0.1, 0.05, -0.9, 0.5, -0.1;
     return p;
   }

@@ -58,11 +58,13 @@ class AnyBlock {
  public:
   AnyBlock() = delete;
 
+  // clang-format off
   /// Holds a copy of `block`.
   template <class B>
     requires(!std::is_same_v<std::remove_cvref_t<B>, AnyBlock> && Block<std::remove_cvref_t<B>>)
   AnyBlock(B&& block)  // NOLINT(google-explicit-constructor, bugprone-forwarding-reference-overload): a value wrapper
       : self_(std::make_shared<const Holder<std::remove_cvref_t<B>>>(std::forward<B>(block))) {}
+  // clang-format on
 
   std::string kind() const { return self_->kind(); }
   Arguments arguments() const { return self_->arguments(); }
@@ -80,8 +82,7 @@ class AnyBlock {
   std::vector<LabelledBlock> children() const;
 
   /// y = B(theta, x) u. theta: (parameter_count(),), x: (state_count(),) in and out, u and y: (N,), not overlapping.
-  void apply(std::span<const double> theta, std::span<double> x, std::span<const double> u,
-             std::span<double> y) const {
+  void apply(std::span<const double> theta, std::span<double> x, std::span<const double> u, std::span<double> y) const {
     self_->apply(theta, x, u, y);
   }
   void apply(std::span<const TileJet> theta, std::span<TileJet> x, std::span<const TileJet> u,
@@ -354,9 +355,9 @@ struct AnyBlock::Holder final : AnyBlock::Interface {
   static constexpr bool kAnalytic =
       requires(const B& b, std::span<const double> theta, std::span<double> x, std::span<double> memory,
                std::span<const double> u, std::span<double> y, const Tangents& tangents, OwnColumns own) {
-        b.push_forward(theta, x, memory, u, y, tangents, own);
-        b.tangent_memory(Index{}, own);
-      };
+    b.push_forward(theta, x, memory, u, y, tangents, own);
+    b.tangent_memory(Index{}, own);
+  };
 
   Index own_count(OwnColumns own) const {
     return parameter_count() + (own == OwnColumns::parameters_and_state ? state_count() : 0);

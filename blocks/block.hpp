@@ -56,10 +56,10 @@ struct Tangents {
 ///   frequency_response(), latency(), adapted_to(), with_scaled_input(), with_scaled_output(), bounds()
 template <class B>
 concept Block = std::copy_constructible<B> &&
-                requires(const B& block, std::span<const double> theta, std::span<double> x,
-                         std::span<const double> u, std::span<double> y) {
-                  { block.parameter_count() } -> std::convertible_to<Index>;
-                  block.apply(theta, x, u, y);
-                };
+    requires(const B& block, std::span<const double> theta, std::span<double> x, std::span<const double> u,
+             std::span<double> y) {
+  { block.parameter_count() } -> std::convertible_to<Index>;
+  block.apply(theta, x, u, y);
+};
 
 }  // namespace blockid

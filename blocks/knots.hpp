@@ -3,7 +3,7 @@
 
 #include <blockid/blocks/arguments.hpp>
 #include <blockid/blocks/block.hpp>
-#include <blockid/blocks/polynomial.hpp>
+#include <blockid/blocks/signal_range.hpp>
 
 #include <cstdint>
 #include <memory>

@@ -3,6 +3,7 @@
 
 #include <blockid/blocks/any_block.hpp>
 #include <blockid/blocks/block.hpp>
+#include <blockid/blocks/signal_range.hpp>
 
 #include <Eigen/Core>
 #include <span>
@@ -11,16 +12,10 @@
 
 namespace blockid {
 
-/// An interval of the input's values.
-struct SignalRange {
-  double lower = -1.0;
-  double upper = 1.0;
-};
-
 /// y_t = sum_{k=0..degree} c_k T_k(x_t), x_t = (2 u_t - lower - upper) / (upper - lower).
 ///
-/// theta = [c_0 .. c_degree], (degree + 1,). T_k are the Chebyshev polynomials: on the range they lie within [-1, 1], so
-/// the columns stay well conditioned where powers of u would not. Beyond the range the polynomial goes on as such.
+/// theta = [c_0 .. c_degree], (degree + 1,). T_k are the Chebyshev polynomials: on the range they lie within [-1, 1],
+/// so the columns stay well conditioned where powers of u would not. Beyond the range the polynomial goes on as such.
 class Polynomial {
  public:
   static constexpr Index kMaxDegree = 60;

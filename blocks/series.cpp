@@ -97,15 +97,16 @@ void Series::push_forward(std::span<const double> theta, std::span<double> x, st
                           OwnColumns own) const {
   Tangents child = tangents;
   Index used = 0;
-  through_row<double>(blocks_.size(), u, y, [&](std::size_t k, std::span<const double> input, std::span<double> output) {
-    const AnyBlock& block = blocks_[k].block;
-    const Index needed = block.tangent_memory(child.upstream, own);
-    block.push_forward(detail::part(theta, parameter_offsets_[k], block.parameter_count()),
-                       detail::part(x, state_offsets_[k], block.state_count()), detail::part(memory, used, needed),
-                       input, output, child, own);
-    used += needed;
-    child.upstream += block.own_columns(own);
-  });
+  through_row<double>(blocks_.size(), u, y,
+                      [&](std::size_t k, std::span<const double> input, std::span<double> output) {
+                        const AnyBlock& block = blocks_[k].block;
+                        const Index needed = block.tangent_memory(child.upstream, own);
+                        block.push_forward(detail::part(theta, parameter_offsets_[k], block.parameter_count()),
+                                           detail::part(x, state_offsets_[k], block.state_count()),
+                                           detail::part(memory, used, needed), input, output, child, own);
+                        used += needed;
+                        child.upstream += block.own_columns(own);
+                      });
 }
 
 std::optional<std::complex<double>> Series::frequency_response(std::span<const double> theta, double omega) const {

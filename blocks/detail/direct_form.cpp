@@ -5,7 +5,8 @@
 namespace blockid::detail {
 namespace {
 
-/// Signals lie newest first: sample t of the tile at rows-1-t, the past behind it at a place that does not depend on rows.
+/// Signals lie newest first: sample t of the tile at rows-1-t, the past behind it at a place that does not depend on
+/// rows.
 double* newest_first(double* buffer, Index rows) { return buffer + kMaxTileRows - rows; }
 
 /// The last `order` values become the past of the next tile.

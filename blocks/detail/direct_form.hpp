@@ -57,7 +57,8 @@ class DirectForm {
 
 /// Tangents of a rational filter started with state z(0):
 ///   A y = B u + z(0)  =>  dy/db_k = q^-(nk+k) u/A,  dy/da_k = -q^-k y/A,  dy/dz_j(0) = q^-j 1/A,
-/// with u, y zero before the record: exact for any z(0), so two all-pole filters and shifted reads give all own columns.
+/// with u, y zero before the record: exact for any z(0), so two all-pole filters and shifted reads give all own
+/// columns.
 class DirectFormTangents {
  public:
   /// Shape of the problem; `own` columns are b_{first_b} .. b_nb, a_1 .. a_na and, on request, z_0 .. z_{order-1}.
@@ -77,9 +78,8 @@ class DirectFormTangents {
   }
 
   /// One tile of y = B/A u with tangents; arguments as AnyBlock::push_forward.
-  static void push(const DirectForm<double>& filter, const Shape& shape, std::span<double> x,
-                   std::span<double> memory, std::span<const double> u, std::span<double> y,
-                   const Tangents& tangents, OwnColumns own);
+  static void push(const DirectForm<double>& filter, const Shape& shape, std::span<double> x, std::span<double> memory,
+                   std::span<const double> u, std::span<double> y, const Tangents& tangents, OwnColumns own);
 };
 
 }  // namespace blockid::detail

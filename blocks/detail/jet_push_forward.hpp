@@ -32,9 +32,8 @@ inline TileJet seeded(double value, Index column, Index first) {
 
 /// A block with memory: every column passes through the recursion.
 template <class B>
-void push_dynamic_by_jets(const B& block, std::span<const double> theta, std::span<double> x,
-                          std::span<double> memory, std::span<const double> u, std::span<double> y,
-                          const Tangents& tangents, Index own) {
+void push_dynamic_by_jets(const B& block, std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                          std::span<const double> u, std::span<double> y, const Tangents& tangents, Index own) {
   const Index rows = tangents.rows;
   const Index columns = tangents.upstream + own;
   const Index memory_stride = padded_columns(columns);
@@ -50,8 +49,8 @@ void push_dynamic_by_jets(const B& block, std::span<const double> theta, std::sp
     for (std::size_t k = 0; k < x.size(); ++k) {
       x_jets[k] = TileJet(x[k]);
       for (int lane = 0; lane < lanes; ++lane) {
-        x_jets[k].v[lane] = memory[k * static_cast<std::size_t>(memory_stride) +
-                                   static_cast<std::size_t>(first + lane)];
+        x_jets[k].v[lane] =
+            memory[k * static_cast<std::size_t>(memory_stride) + static_cast<std::size_t>(first + lane)];
       }
     }
     for (Index t = 0; t < rows; ++t) {
@@ -80,8 +79,8 @@ void push_dynamic_by_jets(const B& block, std::span<const double> theta, std::sp
 
 /// A static block: only du and dtheta need a seed, upstream columns follow by the chain rule.
 template <class B>
-void push_static_by_jets(const B& block, std::span<const double> theta, std::span<const double> u,
-                         std::span<double> y, const Tangents& tangents) {
+void push_static_by_jets(const B& block, std::span<const double> theta, std::span<const double> u, std::span<double> y,
+                         const Tangents& tangents) {
   const Index own = static_cast<Index>(theta.size());
   std::vector<TileJet> theta_jets(theta.size());
   std::vector<TileJet> u_jets(u.size());

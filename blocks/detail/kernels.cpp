@@ -19,14 +19,16 @@ extern const Kernels kTable;
 
 const Kernels* kernels_for(InstructionSet set) {
   switch (set) {
-    case InstructionSet::baseline: return &baseline::kTable;
+    case InstructionSet::baseline:
+      return &baseline::kTable;
 #ifdef BLOCKID_X86_KERNELS
     case InstructionSet::avx2:
       return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? &avx2::kTable : nullptr;
     case InstructionSet::avx512:
       return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") ? &avx512::kTable : nullptr;
 #else
-    default: return nullptr;
+    default:
+      return nullptr;
 #endif
   }
   return nullptr;

@@ -32,8 +32,7 @@ struct Kernels {
 
   /// Row t of the tile becomes [signal_t, signal_{t-1}, ..., signal_{t-count+1}] for a signal stored newest first, as
   /// filter_tangents leaves it: signal_t at entry rows-1-t. data: rows x stride.
-  void (*shifted_columns)(const double* signal, double* data, KernelIndex rows, KernelIndex stride,
-                          KernelIndex count);
+  void (*shifted_columns)(const double* signal, double* data, KernelIndex rows, KernelIndex stride, KernelIndex count);
 
   /// G += D'D on the upper triangle in blocks of 8: G is row-major, columns x columns with stride `gram_stride`;
   /// D is rows x stride row-major. columns and strides are multiples of 8. Entries below the diagonal blocks are
@@ -54,8 +53,8 @@ struct Kernels {
   /// scaled too.
   void (*scale_rows)(const double* slope, double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns);
 
-  /// target_t = -weight_t row_t, the first `columns` columns packed without padding; weight may be null: ones. False when
-  /// a value is not finite.
+  /// target_t = -weight_t row_t, the first `columns` columns packed without padding; weight may be null: ones. False
+  /// when a value is not finite.
   bool (*negated_rows)(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns,
                        const double* weight, double* target);
 };

@@ -24,8 +24,7 @@ inline Vec splat(double value) {
 // One signal
 
 /// The first outputs, which the state adds to; n <= order.
-inline void filter_head(const double* b, const double* a, const double* z, const double* u, double* y,
-                        KernelIndex n) {
+inline void filter_head(const double* b, const double* a, const double* z, const double* u, double* y, KernelIndex n) {
   for (KernelIndex t = 0; t < n; ++t) {
     double value = z[t] + b[0] * u[t];
     for (KernelIndex k = 1; k <= t; ++k) value += b[k] * u[t - k] - a[k] * y[t - k];
@@ -91,15 +90,32 @@ void filter_signal(const double* b, const double* a, KernelIndex order, double* 
     case 0:
       for (KernelIndex t = 0; t < n; ++t) y[t] = b[0] * u[t];
       return;
-    case 1: filter_body<1>(b, a, u, y, n); break;
-    case 2: filter_body<2>(b, a, u, y, n); break;
-    case 3: filter_body<3>(b, a, u, y, n); break;
-    case 4: filter_body<4>(b, a, u, y, n); break;
-    case 5: filter_body<5>(b, a, u, y, n); break;
-    case 6: filter_body<6>(b, a, u, y, n); break;
-    case 7: filter_body<7>(b, a, u, y, n); break;
-    case 8: filter_body<8>(b, a, u, y, n); break;
-    default: filter_body_any(b, a, order, u, y, n);
+    case 1:
+      filter_body<1>(b, a, u, y, n);
+      break;
+    case 2:
+      filter_body<2>(b, a, u, y, n);
+      break;
+    case 3:
+      filter_body<3>(b, a, u, y, n);
+      break;
+    case 4:
+      filter_body<4>(b, a, u, y, n);
+      break;
+    case 5:
+      filter_body<5>(b, a, u, y, n);
+      break;
+    case 6:
+      filter_body<6>(b, a, u, y, n);
+      break;
+    case 7:
+      filter_body<7>(b, a, u, y, n);
+      break;
+    case 8:
+      filter_body<8>(b, a, u, y, n);
+      break;
+    default:
+      filter_body_any(b, a, order, u, y, n);
   }
   filter_state(b, a, order, z, u, y, n);
 }
@@ -161,14 +177,30 @@ void filter_tangents(const double* b, const double* a, KernelIndex order, double
       for (KernelIndex t = 0; t < n; ++t) y[t] = b[0] * u[t];
       all_pole_pair_any(a, 0, u, y, s, r, n, 0, n);
       return;
-    case 1: filter_tangents_body<1>(b, a, u, y, s, r, n); break;
-    case 2: filter_tangents_body<2>(b, a, u, y, s, r, n); break;
-    case 3: filter_tangents_body<3>(b, a, u, y, s, r, n); break;
-    case 4: filter_tangents_body<4>(b, a, u, y, s, r, n); break;
-    case 5: filter_tangents_body<5>(b, a, u, y, s, r, n); break;
-    case 6: filter_tangents_body<6>(b, a, u, y, s, r, n); break;
-    case 7: filter_tangents_body<7>(b, a, u, y, s, r, n); break;
-    case 8: filter_tangents_body<8>(b, a, u, y, s, r, n); break;
+    case 1:
+      filter_tangents_body<1>(b, a, u, y, s, r, n);
+      break;
+    case 2:
+      filter_tangents_body<2>(b, a, u, y, s, r, n);
+      break;
+    case 3:
+      filter_tangents_body<3>(b, a, u, y, s, r, n);
+      break;
+    case 4:
+      filter_tangents_body<4>(b, a, u, y, s, r, n);
+      break;
+    case 5:
+      filter_tangents_body<5>(b, a, u, y, s, r, n);
+      break;
+    case 6:
+      filter_tangents_body<6>(b, a, u, y, s, r, n);
+      break;
+    case 7:
+      filter_tangents_body<7>(b, a, u, y, s, r, n);
+      break;
+    case 8:
+      filter_tangents_body<8>(b, a, u, y, s, r, n);
+      break;
     default:
       filter_body_any(b, a, order, u, y, n);
       all_pole_pair_any(a, order, u, y, s, r, n, head, n);
@@ -183,15 +215,32 @@ void shifted_columns_fixed(const double* signal, double* data, KernelIndex rows,
 
 void shifted_columns(const double* signal, double* data, KernelIndex rows, KernelIndex stride, KernelIndex count) {
   switch (count) {
-    case 0: return;
-    case 1: shifted_columns_fixed<1>(signal, data, rows, stride); return;
-    case 2: shifted_columns_fixed<2>(signal, data, rows, stride); return;
-    case 3: shifted_columns_fixed<3>(signal, data, rows, stride); return;
-    case 4: shifted_columns_fixed<4>(signal, data, rows, stride); return;
-    case 5: shifted_columns_fixed<5>(signal, data, rows, stride); return;
-    case 6: shifted_columns_fixed<6>(signal, data, rows, stride); return;
-    case 7: shifted_columns_fixed<7>(signal, data, rows, stride); return;
-    case 8: shifted_columns_fixed<8>(signal, data, rows, stride); return;
+    case 0:
+      return;
+    case 1:
+      shifted_columns_fixed<1>(signal, data, rows, stride);
+      return;
+    case 2:
+      shifted_columns_fixed<2>(signal, data, rows, stride);
+      return;
+    case 3:
+      shifted_columns_fixed<3>(signal, data, rows, stride);
+      return;
+    case 4:
+      shifted_columns_fixed<4>(signal, data, rows, stride);
+      return;
+    case 5:
+      shifted_columns_fixed<5>(signal, data, rows, stride);
+      return;
+    case 6:
+      shifted_columns_fixed<6>(signal, data, rows, stride);
+      return;
+    case 7:
+      shifted_columns_fixed<7>(signal, data, rows, stride);
+      return;
+    case 8:
+      shifted_columns_fixed<8>(signal, data, rows, stride);
+      return;
     default:
       shifted_columns_fixed<8>(signal, data, rows, stride);
       shifted_columns(signal + 8, data + 8, rows, stride, count - 8);
@@ -280,15 +329,33 @@ void filter_columns_fixed(const double* b, const double* a, double* z, KernelInd
 void filter_columns(const double* b, const double* a, KernelIndex order, double* z, KernelIndex state_stride,
                     double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns) {
   switch (order) {
-    case 0: filter_columns_fixed<0>(b, a, z, state_stride, data, rows, stride, columns); break;
-    case 1: filter_columns_fixed<1>(b, a, z, state_stride, data, rows, stride, columns); break;
-    case 2: filter_columns_fixed<2>(b, a, z, state_stride, data, rows, stride, columns); break;
-    case 3: filter_columns_fixed<3>(b, a, z, state_stride, data, rows, stride, columns); break;
-    case 4: filter_columns_fixed<4>(b, a, z, state_stride, data, rows, stride, columns); break;
-    case 5: filter_columns_fixed<5>(b, a, z, state_stride, data, rows, stride, columns); break;
-    case 6: filter_columns_fixed<6>(b, a, z, state_stride, data, rows, stride, columns); break;
-    case 7: filter_columns_fixed<7>(b, a, z, state_stride, data, rows, stride, columns); break;
-    case 8: filter_columns_fixed<8>(b, a, z, state_stride, data, rows, stride, columns); break;
+    case 0:
+      filter_columns_fixed<0>(b, a, z, state_stride, data, rows, stride, columns);
+      break;
+    case 1:
+      filter_columns_fixed<1>(b, a, z, state_stride, data, rows, stride, columns);
+      break;
+    case 2:
+      filter_columns_fixed<2>(b, a, z, state_stride, data, rows, stride, columns);
+      break;
+    case 3:
+      filter_columns_fixed<3>(b, a, z, state_stride, data, rows, stride, columns);
+      break;
+    case 4:
+      filter_columns_fixed<4>(b, a, z, state_stride, data, rows, stride, columns);
+      break;
+    case 5:
+      filter_columns_fixed<5>(b, a, z, state_stride, data, rows, stride, columns);
+      break;
+    case 6:
+      filter_columns_fixed<6>(b, a, z, state_stride, data, rows, stride, columns);
+      break;
+    case 7:
+      filter_columns_fixed<7>(b, a, z, state_stride, data, rows, stride, columns);
+      break;
+    case 8:
+      filter_columns_fixed<8>(b, a, z, state_stride, data, rows, stride, columns);
+      break;
     default:
       for (KernelIndex c = 0; c < columns; c += kWidth) {
         filter_group_any(b, a, order, z + c, state_stride, data + c, rows, stride, columns - c);
@@ -443,15 +510,32 @@ inline void transposed_columns(const double* basis, double* data, KernelIndex ro
     transposed_columns_fixed<8>(basis, data, rows, stride);
   }
   switch (count) {
-    case 1: transposed_columns_fixed<1>(basis, data, rows, stride); return;
-    case 2: transposed_columns_fixed<2>(basis, data, rows, stride); return;
-    case 3: transposed_columns_fixed<3>(basis, data, rows, stride); return;
-    case 4: transposed_columns_fixed<4>(basis, data, rows, stride); return;
-    case 5: transposed_columns_fixed<5>(basis, data, rows, stride); return;
-    case 6: transposed_columns_fixed<6>(basis, data, rows, stride); return;
-    case 7: transposed_columns_fixed<7>(basis, data, rows, stride); return;
-    case 8: transposed_columns_fixed<8>(basis, data, rows, stride); return;
-    default: return;
+    case 1:
+      transposed_columns_fixed<1>(basis, data, rows, stride);
+      return;
+    case 2:
+      transposed_columns_fixed<2>(basis, data, rows, stride);
+      return;
+    case 3:
+      transposed_columns_fixed<3>(basis, data, rows, stride);
+      return;
+    case 4:
+      transposed_columns_fixed<4>(basis, data, rows, stride);
+      return;
+    case 5:
+      transposed_columns_fixed<5>(basis, data, rows, stride);
+      return;
+    case 6:
+      transposed_columns_fixed<6>(basis, data, rows, stride);
+      return;
+    case 7:
+      transposed_columns_fixed<7>(basis, data, rows, stride);
+      return;
+    case 8:
+      transposed_columns_fixed<8>(basis, data, rows, stride);
+      return;
+    default:
+      return;
   }
 }
 

@@ -1,7 +1,7 @@
 // Ranges of signals for the static blocks.
 #pragma once
 
-#include <blockid/blocks/polynomial.hpp>
+#include <blockid/blocks/signal_range.hpp>
 
 #include <span>
 
