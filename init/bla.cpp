@@ -36,7 +36,7 @@ Means means_of(const DataSet& data, Index warmup) {
 }
 
 /// Deviations from the means; missing outputs keep their last present value so that filters can pass over them.
-DataSet deviations(const DataSet& data, const Means& means) {
+DataSet deviations(const DataSet& data, const Means& means = {}) {
   DataSet result = data;
   for (Record& record : result.records) {
     record.u.array() -= means.u;
@@ -128,11 +128,12 @@ Model steiglitz_mcbride(const DataSet& data, const BlaOrders& orders, const Pred
   Model best = arx(data, orders);
   double best_error = output_error(best, data, prediction);
   Eigen::VectorXd theta = best.parameters;
+  const DataSet passable = deviations(data);
   for (int round = 0; round < iterations && orders.na > 0; ++round) {
     Eigen::VectorXd a(orders.na + 1);
     a[0] = 1.0;
     a.tail(orders.na) = theta.tail(orders.na);
-    DataSet filtered = data;
+    DataSet filtered = passable;
     for (Record& record : filtered.records) {
       record.u = all_pole(a, record.u);
       record.y = all_pole(a, record.y);
@@ -214,7 +215,7 @@ std::vector<BlaScore> bla_order_table(const DataSet& data, const DataSet& valida
   detail::parallel_for(table.size(), threads, [&](std::size_t k) {
     BlaScore& score = table[k];
     const BestLinearApproximation bla = best_linear_approximation(data, score.orders, quiet);
-    const double samples = static_cast<double>(present_count(data));
+    const double samples = static_cast<double>(Predictor(bla.model.chain, data, options.prediction).counted_samples());
     const double parameters = static_cast<double>(score.orders.nb + 1 + score.orders.na);
     score.rmse = bla.rmse;
     score.aic = samples * std::log(bla.rmse * bla.rmse) + 2.0 * parameters;

@@ -2,6 +2,7 @@
 #include <blockid/blocks/spline.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/parallel_for.hpp>
+#include <blockid/estimators/detail/unknowns.hpp>
 #include <blockid/estimators/refit.hpp>
 #include <blockid/estimators/static_parameters.hpp>
 #include <blockid/init/bla.hpp>
@@ -92,21 +93,20 @@ Eigen::VectorXd filtered(const Rational& filter, const Eigen::VectorXd& theta, c
   return simulate(model, u);
 }
 
-double standard_deviation(const Eigen::VectorXd& v) {
-  return std::sqrt((v.array() - v.mean()).square().mean());
-}
+double standard_deviation(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
 
-DataSet first_samples(const DataSet& data, Index samples) {
+/// The first samples behind the warm-up of each record; the whole record where that would cut its period.
+DataSet first_samples(const DataSet& data, Index samples, Index warmup) {
   if (samples <= 0) return data;
   DataSet result;
   for (const Record& record : data.records) {
-    const Index length = std::min<Index>(samples, record.u.size());
-    Record part = slice(record, 0, length);
-    if (part.period > length) part = record;
-    result.records.push_back(std::move(part));
+    const bool whole = samples + warmup >= record.u.size() || samples + warmup < record.period;
+    result.records.push_back(whole ? record : slice(record, 0, samples + warmup));
   }
   return result;
 }
+
+bool lower_error(const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; }
 
 /// Builds the model of one partition: filters of unit output deviation, static block placed and fitted.
 class ModelBuilder {
@@ -157,8 +157,8 @@ class ModelBuilder {
   bool affine_;
 };
 
-/// The chain's own static block in place of the surrogate spline: fitted with a gain behind it to the spline's curve over
-/// the signal that reaches it; the gain goes into the filter behind.
+/// The chain's own static block in place of the surrogate spline: fitted with a gain behind it to the spline's curve
+/// over the signal that reaches it; the gain goes into the filter behind.
 Model with_own_static_block(const Model& surrogate, const WienerHammersteinStructure& structure,
                             const Eigen::VectorXd& u) {
   const std::vector<ChildParameters> parts = top_level_blocks(surrogate);
@@ -230,7 +230,7 @@ std::vector<Candidate> split(const AnyBlock& chain, const DataSet& data, const I
   const WienerHammersteinStructure structure = wiener_hammerstein_structure(chain, "exhaustive_split");
   const Rational* g_w = structure.g_w();
   const Rational* g_h = structure.g_h();
-  const DataSet ranking = first_samples(data, split_options.ranking_samples);
+  const DataSet ranking = first_samples(data, split_options.ranking_samples, options.prediction.warmup);
 
   BlaOptions bla_options;
   bla_options.prediction = options.prediction;
@@ -257,9 +257,9 @@ std::vector<Candidate> split(const AnyBlock& chain, const DataSet& data, const I
     const std::vector<RootGroup> first_poles = selected(poles.groups, pole_choice, true);
     const std::vector<RootGroup> second_zeros = selected(zeros.groups, zero_choice, false);
     const std::vector<RootGroup> second_poles = selected(poles.groups, pole_choice, false);
-    const StaticFit fitted = builder.build(
-        g_w != nullptr ? filter_parameters(*g_w, first_zeros, first_poles) : Eigen::VectorXd(),
-        g_h != nullptr ? filter_parameters(*g_h, second_zeros, second_poles) : Eigen::VectorXd());
+    const StaticFit fitted =
+        builder.build(g_w != nullptr ? filter_parameters(*g_w, first_zeros, first_poles) : Eigen::VectorXd(),
+                      g_h != nullptr ? filter_parameters(*g_h, second_zeros, second_poles) : Eigen::VectorXd());
     candidates[k] = {fitted.model, fitted.finite ? fitted.rmse : std::numeric_limits<double>::infinity(),
                      "split " + std::to_string(k + 1) + " of " + std::to_string(pairs.size()) + ": zeros " +
                          to_text(first_zeros) + " | " + to_text(second_zeros) + ", poles " + to_text(first_poles) +
@@ -272,15 +272,18 @@ std::vector<Candidate> split(const AnyBlock& chain, const DataSet& data, const I
     }
   });
   std::erase_if(candidates, [](const Candidate& c) { return !std::isfinite(c.rmse); });
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; });
+  std::stable_sort(candidates.begin(), candidates.end(), lower_error);
   if (std::ssize(candidates) > split_options.keep) {
     candidates.erase(candidates.begin() + split_options.keep, candidates.end());
   }
   if (!builder.is_affine()) {
     for (Candidate& candidate : candidates) {
       candidate.model = with_own_static_block(candidate.model, structure, ranking.records.front().u);
+      const Predictor predictor(candidate.model.chain, ranking, options.prediction);
+      const double sum = predictor.sum_of_squares(detail::unknowns_of(candidate.model, predictor));
+      candidate.rmse = std::sqrt(sum / static_cast<double>(predictor.counted_samples()));
     }
+    std::stable_sort(candidates.begin(), candidates.end(), lower_error);
   }
   return candidates;
 }
