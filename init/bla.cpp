@@ -6,8 +6,10 @@
 #include <blockid/init/bla.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 namespace blockid {
 namespace {
@@ -169,14 +171,12 @@ BestLinearApproximation best_linear_approximation(const DataSet& data, const Bla
   BestLinearApproximation best{.model = rational_model(orders, Eigen::VectorXd(), 1.0), .refit = {.model = best.model}};
   best.rmse = std::numeric_limits<double>::infinity();
   const std::vector<std::pair<std::string, Model>> starts = {
-      {"Steiglitz-McBride",
-       steiglitz_mcbride(deviation, orders, options.prediction, options.prefilter_iterations)},
+      {"Steiglitz-McBride", steiglitz_mcbride(deviation, orders, options.prediction, options.prefilter_iterations)},
       {"ARX", arx(deviation, orders)}};
   for (const auto& [how, start] : starts) {
     settings.progress = [&, stage = how](const FitProgress& p) {
-      return !options.progress ||
-             options.progress({"best linear approximation from " + stage, p.iteration, settings.max_iterations,
-                               p.rmse, p.elapsed_s});
+      return !options.progress || options.progress({"best linear approximation from " + stage, p.iteration,
+                                                    settings.max_iterations, p.rmse, p.elapsed_s});
     };
     RefitReport report = refit(start, deviation, settings);
     const bool first = best.how.empty();
@@ -201,8 +201,8 @@ BestLinearApproximation best_linear_approximation(const DataSet& data, const Bla
   return best;
 }
 
-std::vector<BlaScore> bla_order_table(const DataSet& data, const DataSet& validation, Index max_order,
-                                      Index max_delay, const BlaOptions& options, int threads) {
+std::vector<BlaScore> bla_order_table(const DataSet& data, const DataSet& validation, Index max_order, Index max_delay,
+                                      const BlaOptions& options, int threads) {
   if (max_order < 1 || max_delay < 0) {
     fail("order table: expected max_order >= 1 and max_delay >= 0, got ", max_order, " and ", max_delay);
   }
@@ -212,8 +212,17 @@ std::vector<BlaScore> bla_order_table(const DataSet& data, const DataSet& valida
   }
   BlaOptions quiet = options;
   quiet.progress = {};
+  std::atomic<bool> cancelled = false;
+  std::mutex progress_mutex;
+  Index done = 0;
+  double best = std::numeric_limits<double>::infinity();
   detail::parallel_for(table.size(), threads, [&](std::size_t k) {
     BlaScore& score = table[k];
+    if (cancelled) {
+      constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+      score = {score.orders, kNone, kNone, kNone, kNone};
+      return;
+    }
     const BestLinearApproximation bla = best_linear_approximation(data, score.orders, quiet);
     const double samples = static_cast<double>(Predictor(bla.model.chain, data, options.prediction).counted_samples());
     const double parameters = static_cast<double>(score.orders.nb + 1 + score.orders.na);
@@ -225,6 +234,9 @@ std::vector<BlaScore> bla_order_table(const DataSet& data, const DataSet& valida
       const DataSet shifted = deviations(validation, {bla.input_mean, bla.output_mean});
       score.validation_rmse = output_error(bla.model, shifted, options.prediction);
     }
+    const std::lock_guard lock(progress_mutex);
+    best = std::min(best, score.rmse);
+    if (options.progress && !options.progress({"order table", ++done, std::ssize(table), best, 0.0})) cancelled = true;
   });
   return table;
 }

@@ -71,7 +71,8 @@ struct BlaScore {
   double validation_rmse = 0.0;
 };
 
-/// Scores of every combination nb = na = 1..max_order and nk = 0..max_delay, in that order.
+/// Scores of every combination nb = na = 1..max_order and nk = 0..max_delay, in that order. Progress is told once a
+/// combination; those left when it cancels have scores that are not numbers.
 std::vector<BlaScore> bla_order_table(const DataSet& data, const DataSet& validation, Index max_order,
                                       Index max_delay, const BlaOptions& options = {}, int threads = 1);
 
