@@ -77,6 +77,13 @@ class EliminatedCostTest : public ::testing::TestWithParam<std::size_t> {
     ASSERT_TRUE(cost.Evaluate(parameters, r.data(), jacobians));
     const double expected = reduced(cost.remaining(), q);
     EXPECT_NEAR(r.squaredNorm(), expected, kCost * expected);
+    // Kaufman's Gauss-Newton matrix: that of the other columns, projected off the affine ones, at the minimiser.
+    const Dense dense = dense_residuals(case_.truth.chain, data_, case_.options, cost.complete(q));
+    const Eigen::MatrixXd affine = dense.jacobian(Eigen::all, eliminated_);
+    const Eigen::MatrixXd others = dense.jacobian(Eigen::all, cost.remaining());
+    const Eigen::MatrixXd projected = others - affine * affine.completeOrthogonalDecomposition().solve(others);
+    const Eigen::MatrixXd matrix = projected.transpose() * projected;
+    EXPECT_LT((jacobian.transpose() * jacobian - matrix).norm(), kCost * others.squaredNorm());
     const Eigen::VectorXd gradient = 2.0 * jacobian.transpose() * r;
     constexpr double kStep = 1e-5;
     for (Index k = 0; k < count; ++k) {
