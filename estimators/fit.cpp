@@ -146,8 +146,8 @@ void continue_trial(Trial& trial, const Model& start, const DataSet& data, const
 }
 
 /// Final round: knots in step with the signal, then Levenberg-Marquardt to the end.
-void final_round(Trial& trial, std::size_t place, const AnyBlock& chain, const DataSet& data,
-                 const FitOptions& options, SharedProgress& progress) {
+void final_round(Trial& trial, std::size_t place, const AnyBlock& chain, const DataSet& data, const FitOptions& options,
+                 SharedProgress& progress) {
   const std::string stage = "finalist " + std::to_string(place + 1);
   const auto iterations_left = [&] { return std::max(options.refit.max_iterations - trial.refit.iterations, 0); };
   for (int round = 0; round < options.knot_rounds && !progress.cancelled() && iterations_left() > 0; ++round) {
@@ -165,12 +165,20 @@ void final_round(Trial& trial, std::size_t place, const AnyBlock& chain, const D
 /// Gains by convention, and the covariance in those coordinates.
 void finish(FitResult& result, const DataSet& data, const FitOptions& options) {
   RefitReport& report = result.report;
-  if (options.refit.hold_gauges) report.model = normalise(report.model);
+  if (options.refit.hold_gauges) {
+    Model with_state = report.model;
+    report.model = normalise(report.model);
+    for (Eigen::VectorXd& state : report.initial_states) {
+      with_state.initial_state = state;
+      state = normalise(with_state).initial_state;
+    }
+  }
   if (options.refit.covariance) {
     CovarianceOptions settings;
     settings.prediction = options.refit.prediction;
     settings.frozen = options.refit.frozen;
     settings.hold_gauges = options.refit.hold_gauges;
+    settings.initial_states = report.initial_states;
     report.covariance = covariance(report.model, data, settings);
     report.model.standard_deviations = report.covariance->standard_deviations;
   }
@@ -208,9 +216,8 @@ FitResult fit(const AnyBlock& chain, const DataSet& data, const Initialiser& ini
   const std::size_t count = std::min(result.trials.size(), static_cast<std::size_t>(options.best));
   first_round(result.trials, count, data, options, progress);
   const std::size_t finalists = std::min(count, static_cast<std::size_t>(std::max(options.finalists, 1)));
-  detail::parallel_for(finalists, options.threads, [&](std::size_t k) {
-    final_round(result.trials[k], k, chain, data, options, progress);
-  });
+  detail::parallel_for(finalists, options.threads,
+                       [&](std::size_t k) { final_round(result.trials[k], k, chain, data, options, progress); });
   std::stable_sort(result.trials.begin(), result.trials.begin() + static_cast<std::ptrdiff_t>(count), better);
   result.report = result.trials.front().refit;
   if (progress.cancelled()) result.report.status = FitStatus::cancelled;
