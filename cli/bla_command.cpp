@@ -42,6 +42,7 @@ Eigen::MatrixXd robust_covariance(const BestLinearApproximation& bla, const Data
 }  // namespace
 
 int run_bla(const BlaCommand& command) {
+  const InterruptGuard guard;
   check_outputs({command.json, command.report});
   if (!command.report.empty()) announce_missing_gnuplot(std::cerr);
   BlaOptions options;
@@ -52,7 +53,6 @@ int run_bla(const BlaCommand& command) {
   if (!command.orders.empty()) orders = given_orders(command.orders);
   const SplitData data = split(load(command.data), command.ranges);
 
-  const InterruptGuard guard;
   BestLinearApproximation bla = [&] {
     ProgressDisplay display(progress_style(command.run.quiet), std::cerr, command.data.output_unit);
     options.progress = [&display](const Progress& progress) { return display(progress); };

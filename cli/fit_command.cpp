@@ -197,6 +197,7 @@ int exit_code(const FitOutcome& outcome) {
 }
 
 int run_fit(const FitCommand& command) {
+  const InterruptGuard guard;
   const Start start = start_of(command);
   check_frozen(start.chain, command.frozen);
   check_outputs({command.outputs.model, command.outputs.json, command.outputs.report});
@@ -211,7 +212,6 @@ int run_fit(const FitCommand& command) {
   if (command.best > 0) options.best = command.best;
   options.seed = command.run.seed;
   options.threads = thread_count(command.run);
-  const InterruptGuard guard;
   FitResult fit = [&] {
     ProgressDisplay display(progress_style(command.run.quiet), std::cerr, command.data.output_unit);
     options.progress = [&display](const Progress& progress) { return display(progress); };

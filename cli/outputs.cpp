@@ -35,7 +35,7 @@ void check_outputs(const std::vector<std::string>& files) {
   for (const std::string& file : files) {
     if (file.empty()) continue;
     check_output(file);
-    const bool is_new = seen.insert(fs::weakly_canonical(file)).second;
+    const bool is_new = seen.insert(fs::weakly_canonical(fs::absolute(file))).second;
     if (!is_new && file.rfind("/dev/", 0) != 0) fail(file, ": two results cannot go to the same file");
   }
 }

@@ -221,6 +221,17 @@ struct Commands {
   DemoCommand demo;
 };
 
+/// The program's own words for a mistake that the parser would call a missing subcommand.
+void check_command_name(const CLI::App& app, int argc, const char* const* argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::string known;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == argv[1]) return;
+    known += (known.empty() ? "" : ", ") + command->get_name();
+  }
+  fail("there is no command '", argv[1], "'; expected ", known);
+}
+
 int dispatch(const CLI::App& app, const Commands& commands) {
   const std::string name = app.get_subcommands().front()->get_name();
   if (name == "fit") return run_fit(commands.fit);
@@ -241,6 +252,7 @@ int run(int argc, const char* const* argv) {
   add_bla(app, commands.bla);
   add_info(app, commands.info);
   add_demo(app, commands.demo);
+  check_command_name(app, argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

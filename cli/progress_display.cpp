@@ -44,7 +44,7 @@ ProgressDisplay::ProgressDisplay(Style style, std::ostream& stream, std::string 
       unit_(std::move(unit)),
       between_(style == Style::live ? kSecondsBetweenFrames : seconds_between_lines),
       start_(std::chrono::steady_clock::now()),
-      next_(start_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(between_)) {}
+      next_(start_) {}
 
 ProgressDisplay::~ProgressDisplay() {
   if (drawn_) stream_ << kClearLine << std::flush;

@@ -9,7 +9,8 @@
 
 namespace blockid::cli {
 
-/// A progress function: one line that renews itself on a terminal, otherwise a line every few seconds.
+/// A progress function: one line that renews itself on a terminal, otherwise a line at once and then every few
+/// seconds.
 class ProgressDisplay {
  public:
   enum class Style { none, lines, live };

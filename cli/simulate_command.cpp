@@ -63,7 +63,7 @@ std::string csv_text(const Record& record, const Eigen::VectorXd& yhat, Index be
 
 void print_simulation(const SimulateCommand& command, const Model& model, const Record& record, const Range& range,
                       const Eigen::VectorXd& yhat, const std::optional<Metrics>& metrics) {
-  const std::string& unit = command.data.output_unit;
+  const std::string& unit = command.data.output_unit.empty() ? model.output_unit : command.data.output_unit;
   std::cout << command.model << " on " << command.data.file << ", samples " << blockid::to_text(range)
             << ", sampled every " << number(record.sample_time_s) << " s\n"
             << "model  " << blockid::to_text(model.chain) << '\n'

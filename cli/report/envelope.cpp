@@ -18,7 +18,7 @@ Envelope envelope(const Eigen::VectorXd& x, Index buckets) {
     const Index begin = k * length;
     const Index end = std::min(begin + length, x.size());
     result.position[k] = 0.5 * static_cast<double>(begin + end - 1);
-    for (Index t = begin; t < end; ++t) {
+    for (Index t = std::max<Index>(begin - 1, 0); t < end; ++t) {
       if (!std::isfinite(x[t])) continue;
       result.lower[k] = std::isnan(result.lower[k]) ? x[t] : std::min(result.lower[k], x[t]);
       result.upper[k] = std::isnan(result.upper[k]) ? x[t] : std::max(result.upper[k], x[t]);

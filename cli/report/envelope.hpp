@@ -12,8 +12,8 @@ struct Envelope {
   Eigen::VectorXd upper;     ///< (buckets,)
 };
 
-/// x (N,) in at most `buckets` buckets of equal length (the last may be shorter); non-finite samples are passed over, a
-/// bucket of nothing else is NaN.
+/// x (N,) in at most `buckets` buckets of equal length (the last may be shorter), each with the last sample of the one
+/// before, so that the picture has no gaps; non-finite samples are passed over, a bucket of nothing else is NaN.
 Envelope envelope(const Eigen::VectorXd& x, Eigen::Index buckets);
 
 /// First sample of the stretch of `length` samples with the largest sum of squares of e.

@@ -21,7 +21,7 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr Index kZoomSamples = 400;
-constexpr Index kBuckets = 1000;
+constexpr Index kBuckets = 400;
 constexpr Index kLags = 60;
 constexpr Index kCurvePoints = 300;
 constexpr Index kBins = 60;
@@ -51,6 +51,18 @@ std::string upper_panel(double share) {
 std::string lower_panel(double share) {
   return "set size 1," + fixed_number(1.0 - share, 2) +
          "\nset origin 0,0\nset format x\nset bmargin 3.2\nset tmargin 0.6\nunset key\n";
+}
+
+/// A range about zero that holds the values, with a tic on either side.
+std::string symmetric_range(double largest) {
+  if (!(largest > 0.0)) return "set yrange [-1:1]\nset ytics 1\n";
+  const double power = std::pow(10.0, std::floor(std::log10(largest)));
+  double tic = power;
+  for (const double multiple : {2.0, 5.0}) {
+    if (multiple * power <= largest) tic = multiple * power;
+  }
+  const std::string reach = number(1.08 * largest);
+  return "set yrange [-" + reach + ":" + reach + "]\nset ytics " + number(tic) + "\n";
 }
 
 VectorXd times(Index begin, Index count, double sample_time_s) {
@@ -124,28 +136,31 @@ Figure zoom_figure(const ScoredRecord& scored, const std::string& set, Index beg
                   quoted(axis_label(record.output_name, record.output_unit)) +
                   "\nplot $d using 1:2 with lines ls 1 title 'measured', $d using 1:3 with lines ls 2 title "
                   "'simulated'\n" +
-                  lower_panel(0.62) + "set xlabel 'time [s]'\nset ylabel " +
-                  quoted(axis_label("error", record.output_unit)) + "\nplot $d using 1:4 with lines ls 3\nunset multiplot\n";
+                  lower_panel(0.62) + symmetric_range(error.segment(first, length).cwiseAbs().maxCoeff()) +
+                  "set xlabel 'time [s]'\nset ylabel " + quoted(axis_label("error", record.output_unit)) +
+                  "\nplot $d using 1:4 with lines ls 3\nunset multiplot\n";
   return figure;
 }
 
 Figure whole_figure(const ScoredRecord& scored, const std::string& set, Index begin) {
   const Record& record = scored.record;
+  const VectorXd residual = scored_residual(scored);
   const Envelope measured = envelope(record.y, kBuckets);
-  const Envelope error = envelope(scored_residual(scored), kBuckets);
+  const Envelope error = envelope(residual, kBuckets);
   const VectorXd t = (measured.position.array() + static_cast<double>(begin)).matrix() * record.sample_time_s;
   Figure figure{.id = "measured-whole",
-                .title = "Measured against error, " + set + " data, whole record",
+                .title = "Measured output and error, " + set + " data, whole record",
                 .caption = "Smallest and largest value in each of " + std::to_string(t.size()) +
-                           " stretches of the record, on one scale; the warm-up is not scored and shows no error.",
+                           " stretches of the record; the warm-up is not scored and shows no error.",
                 .script = {},
-                .height = 300};
-  const std::string band = "with filledcurves";
+                .height = 420};
   figure.script = kStyles + data_block("d", {t, measured.lower, measured.upper, error.lower, error.upper}) +
-                  x_range(t) + "set xlabel 'time [s]'\nset ylabel " +
-                  quoted(axis_label(record.output_name, record.output_unit)) + "\nplot $d using 1:2:3 " + band +
-                  " fillcolor rgb '#9ca3af' title 'measured', $d using 1:4:5 " + band +
-                  " fillcolor rgb '#dc2626' title 'error'\n";
+                  x_range(t) + upper_panel(0.62) + "set ylabel " +
+                  quoted(axis_label(record.output_name, record.output_unit)) +
+                  "\nplot $d using 1:2:3 with filledcurves fillcolor rgb '#4b5563' title 'measured'\n" +
+                  lower_panel(0.62) + symmetric_range(residual.cwiseAbs().maxCoeff()) +
+                  "set xlabel 'time [s]'\nset ylabel " + quoted(axis_label("error", record.output_unit)) +
+                  "\nplot $d using 1:4:5 with filledcurves fillcolor rgb '#dc2626'\nunset multiplot\n";
   return figure;
 }
 
@@ -159,8 +174,11 @@ Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand
   const bool has_points = measured.frequency_hz.size() > 0;
   Figure figure{.id = "bode-" + name,
                 .title = "Bode picture of " + name,
-                .caption = has_band ? "Shaded: 2 standard deviations, from the covariance of the parameters (delta "
-                                      "method), gains held by convention taken as exact."
+                .caption = has_band ? "Shaded: 2 standard deviations from the covariance of the parameters (delta method), "
+                                      "at most " +
+                                          number(2.0 * band.magnitude_deviation_db.maxCoeff(), 2) + " dB and " +
+                                          number(2.0 * band.phase_deviation_deg.maxCoeff(), 2) +
+                                          " degrees; gains held by convention taken as exact."
                                     : "No band: the covariance of the parameters is not known.",
                 .script = {},
                 .height = 460};
@@ -230,8 +248,8 @@ Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, c
                   "\nset ylabel " + quoted("output of " + leaf.path) +
                   "\nset y2label 'share of samples [%]'\nset ytics nomirror\nset y2tics\nset y2range [0:" +
                   number(std::max(300.0 * counts.share.maxCoeff(), 1e-3), 4) + "]\nset boxwidth " +
-                  number(counts.width, 8) + "\nplot $h using 1:2 axes x1y2 with boxes fillstyle solid 1 border lc rgb " +
-                  "'#e5e7eb' title 'histogram', " +
+                  number(counts.width, 8) + "\nplot $h using 1:2 axes x1y2 with boxes fillcolor rgb '#d1d5db' fillstyle solid 1 " +
+                  "border lc rgb '#ffffff' title 'histogram', " +
                   (has_band ? std::string("$d using 1:3:4 with filledcurves ") + kBandColour + " title '2 sigma', " : "") +
                   "$d using 1:2 with lines ls 2 lw 2 title 'f'\n";
   return figure;
@@ -248,11 +266,11 @@ Figure autocorrelation_figure(const ScoredRecord& scored, const std::string& set
                 .caption = std::to_string(outside) + " of " + std::to_string(lags) +
                            " lags lie outside the 99 % band of white noise. The model is an output-error model: coloured "
                            "measurement noise alone leads to correlation here; what the model has missed of the input "
-                           "shows in the cross-correlation below.",
+                           "shows in the cross-correlation above.",
                 .script = {},
                 .height = 300};
-  figure.script = kStyles + data_block("d", {VectorXd::LinSpaced(lags + 1, 0.0, static_cast<double>(lags)), r}) +
-                  "band = " + number(band, 8) + "\nset xrange [-0.5:" + number(static_cast<double>(lags) + 0.5) +
+  figure.script = kStyles + data_block("d", {VectorXd::LinSpaced(lags, 1.0, static_cast<double>(lags)), r.tail(lags)}) +
+                  "band = " + number(band, 8) + "\nset xrange [0.5:" + number(static_cast<double>(lags) + 0.5) +
                   "]\nset xlabel 'lag [samples]'\nset ylabel 'correlation'\nplot $d using 1:2 with impulses ls 2 "
                   "lw 2.5 title 'residual', band with lines ls 4 title '99 % band', -band with lines ls 4 notitle\n";
   return figure;
