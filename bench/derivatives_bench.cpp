@@ -40,21 +40,25 @@ const WienerHammersteinCase& the_case() {
   return instance;
 }
 
+const Predictor& the_predictor() {
+  static const Predictor instance(the_case().chain, the_case().data);
+  return instance;
+}
+
 struct Rows {
   Eigen::VectorXd r = Eigen::VectorXd(kSamples);
   RowMajor jacobian = RowMajor(kSamples, 20);
 };
 
 void analytic(Rows& rows) {
-  const Predictor predictor(the_case().chain, the_case().data);
-  if (!predictor.jacobian(the_case().theta, rows.r.data(), rows.jacobian.data())) std::abort();
+  if (!the_predictor().jacobian(the_case().theta, rows.r.data(), rows.jacobian.data())) std::abort();
 }
 
-double residual_alone() { return Predictor(the_case().chain, the_case().data).sum_of_squares(the_case().theta); }
+double residual_alone() { return the_predictor().sum_of_squares(the_case().theta); }
 
 NormalEquations compressed() {
   NormalEquations sums(21);
-  if (!Predictor(the_case().chain, the_case().data).accumulate(the_case().theta, sums)) std::abort();
+  if (!the_predictor().accumulate(the_case().theta, sums)) std::abort();
   return sums;
 }
 
@@ -82,7 +86,7 @@ void jets(Rows& rows, std::size_t tile) {
 
 void finite_differences(Rows& rows) {
   const WienerHammersteinCase& c = the_case();
-  const Predictor predictor(c.chain, c.data);
+  const Predictor& predictor = the_predictor();
   predictor.residuals(c.theta, rows.r.data());
   Eigen::VectorXd moved(kSamples);
   for (Index k = 0; k < 20; ++k) {
@@ -196,7 +200,7 @@ double scipy_seconds(const std::string& script) {
     std::vector<double> output(static_cast<std::size_t>(kSamples));
     std::ifstream(base + ".y", std::ios::binary).read(reinterpret_cast<char*>(output.data()), kSamples * 8);
     Eigen::VectorXd r(kSamples);
-    Predictor(c.chain, c.data).residuals(c.theta, r.data());
+    the_predictor().residuals(c.theta, r.data());
     const Eigen::VectorXd ours = c.data.records.front().y - r;
     const double difference = (ours - Eigen::Map<const Eigen::VectorXd>(output.data(), kSamples)).cwiseAbs().maxCoeff();
     require(difference < 1e-8, "scipy chain", difference);

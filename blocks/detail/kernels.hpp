@@ -21,7 +21,8 @@ struct Kernels {
                         KernelIndex n);
 
   /// The same filter over every column of a row-major tile, in place: rows x stride, the first `columns` columns.
-  /// z: order x state_stride. Columns up to the next multiple of 8 are overwritten with zeros.
+  /// z: order x state_stride. What lies between them and the next multiple
+  /// of 8 may be overwritten with zeros.
   void (*filter_columns)(const double* b, const double* a, KernelIndex order, double* z, KernelIndex state_stride,
                          double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns);
 

@@ -371,28 +371,60 @@ void scale_rows(const double* slope, double* data, KernelIndex rows, KernelIndex
   }
 }
 
-bool negated_rows(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, const double* weight,
-                  double* target) {
+/// Rows of whole vectors and a rest of Tail columns, whose number the compiler knows.
+template <int Tail>
+bool negated_rows_fixed(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns,
+                        const double* weight, double* target) {
+  const KernelIndex whole = columns - Tail;
+  const Vec live = keep_columns(splat(1.0), Tail);
   Vec check = {};
-  double tail_check = 0.0;
   for (KernelIndex t = 0; t < rows; ++t) {
     const double* row = data + t * stride;
     double* out = target + t * columns;
     const double factor = weight == nullptr ? -1.0 : -weight[t];
-    KernelIndex c = 0;
-    for (; c + kWidth <= columns; c += kWidth) {
+    for (KernelIndex c = 0; c < columns; c += 8) __builtin_prefetch(out + rows * columns + c, 1, 2);
+    for (KernelIndex c = 0; c < whole; c += kWidth) {
       const Vec value = factor * load(row + c);
       check += 0.0 * value;
       store(out + c, value);
     }
-    for (; c < columns; ++c) {
-      const double value = factor * row[c];
-      tail_check += 0.0 * value;
-      out[c] = value;
+    if constexpr (Tail > 0) {
+      const Vec value = factor * load(row + whole);
+      check += 0.0 * select_columns(value, live);
+      __builtin_memcpy(out + whole, &value, Tail * 8);
     }
   }
-  for (int lane = 0; lane < kWidth; ++lane) tail_check += check[lane];
-  return tail_check == 0.0;
+  double sum = 0.0;
+  for (int lane = 0; lane < kWidth; ++lane) sum += check[lane];
+  return sum == 0.0;
+}
+
+bool negated_rows(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, const double* weight,
+                  double* target) {
+  switch (columns % kWidth) {
+    case 0:
+      return negated_rows_fixed<0>(data, rows, stride, columns, weight, target);
+    case 1:
+      return negated_rows_fixed<1>(data, rows, stride, columns, weight, target);
+#if BLOCKID_KERNEL_WIDTH > 2
+    case 2:
+      return negated_rows_fixed<2>(data, rows, stride, columns, weight, target);
+    case 3:
+      return negated_rows_fixed<3>(data, rows, stride, columns, weight, target);
+#endif
+#if BLOCKID_KERNEL_WIDTH > 4
+    case 4:
+      return negated_rows_fixed<4>(data, rows, stride, columns, weight, target);
+    case 5:
+      return negated_rows_fixed<5>(data, rows, stride, columns, weight, target);
+    case 6:
+      return negated_rows_fixed<6>(data, rows, stride, columns, weight, target);
+    case 7:
+      return negated_rows_fixed<7>(data, rows, stride, columns, weight, target);
+#endif
+    default:
+      return false;
+  }
 }
 
 // ---------------------------------------------------------------------------------------------------------------
