@@ -167,15 +167,9 @@ double counted_weight(const Record& record, Index t, Index warmup) {
   return weight(record, t);
 }
 
-/// Weights of the samples from `first` on.
-void fill_weights(const Record& record, Index first, Index warmup, std::span<double> weights) {
-  if (record.weights.size() == 0 && first >= warmup) {
-    std::fill(weights.begin(), weights.end(), 1.0);
-    return;
-  }
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    weights[k] = counted_weight(record, first + static_cast<Index>(k), warmup);
-  }
+/// Whether every sample from `first` on has weight one.
+bool counts_fully(const Record& record, Index first, Index warmup) {
+  return record.weights.size() == 0 && first >= warmup;
 }
 
 double weighted_residual(const Record& record, Index t, double w, double yhat) {
@@ -186,7 +180,7 @@ double weighted_residual(const Record& record, Index t, double w, double yhat) {
 
 namespace {
 
-/// Rows -w dyhat/dp of a tile into the columns of their unknowns; false when one is not finite.
+/// Rows -w dyhat/dp of a tile into the columns of their unknowns, weights null for ones; false when one is not finite.
 bool write_rows(const Tangents& tangents, const double* weights, const std::vector<Index>& order, bool in_order,
                 Index unknowns, double* target) {
   if (in_order) {
@@ -195,7 +189,7 @@ bool write_rows(const Tangents& tangents, const double* weights, const std::vect
   double check = 0.0;
   for (Index k = 0; k < tangents.rows; ++k) {
     for (std::size_t c = 0; c < order.size(); ++c) {
-      const double value = -weights[k] * tangents.row(k)[c];
+      const double value = (weights == nullptr ? -1.0 : -weights[k]) * tangents.row(k)[c];
       check += 0.0 * value;
       target[k * unknowns + order[c]] = value;
     }
@@ -208,8 +202,8 @@ bool write_rows(const Tangents& tangents, const double* weights, const std::vect
 bool Predictor::residuals(const Eigen::VectorXd& p, double* r) const {
   check_unknowns(p);
   for (std::size_t i = 0; i < data_->records.size(); ++i) {
-    const bool finite = run_values(
-        p, static_cast<Index>(i), [&](const Timeline& timeline, Index first, std::span<const double> y) {
+    const bool finite =
+        run_values(p, static_cast<Index>(i), [&](const Timeline& timeline, Index first, std::span<const double> y) {
           for (std::size_t k = 0; k < y.size(); ++k) {
             const Index t = timeline.predicted(first + static_cast<Index>(k));
             if (t < 0) continue;
@@ -227,8 +221,8 @@ double Predictor::sum_of_squares(const Eigen::VectorXd& p) const {
   double total = 0.0;
   for (std::size_t i = 0; i < data_->records.size(); ++i) {
     const bool unit_weights = data_->records[i].weights.size() == 0;
-    const bool finite = run_values(
-        p, static_cast<Index>(i), [&](const Timeline& timeline, Index first, std::span<const double> y) {
+    const bool finite =
+        run_values(p, static_cast<Index>(i), [&](const Timeline& timeline, Index first, std::span<const double> y) {
           const Index t0 = timeline.predicted(first);
           double sum = 0.0;
           for (Index k = std::max<Index>(0, options_.warmup - t0); k < std::ssize(y); ++k) {
@@ -261,12 +255,20 @@ bool Predictor::jacobian(const Eigen::VectorXd& p, double* r, double* jacobian) 
           const Index t0 = timeline.predicted(first) + skipped;
           const Tangents counted{tangents.row(skipped), tangents.rows - skipped, tangents.stride, 0};
           const std::span<const double> predicted = y.subspan(static_cast<std::size_t>(skipped));
-          fill_weights(record, t0, options_.warmup, std::span<double>(weights).first(predicted.size()));
-          for (std::size_t k = 0; k < predicted.size(); ++k) {
-            const Index t = t0 + static_cast<Index>(k);
-            r[t] = weighted_residual(record, t, weights[k], predicted[k]);
+          const bool all_count = counts_fully(record, t0, options_.warmup);
+          if (all_count) {
+            for (std::size_t k = 0; k < predicted.size(); ++k) {
+              r[t0 + static_cast<Index>(k)] = record.y[t0 + static_cast<Index>(k)] - predicted[k];
+            }
+          } else {
+            for (std::size_t k = 0; k < predicted.size(); ++k) {
+              const Index t = t0 + static_cast<Index>(k);
+              weights[k] = counted_weight(record, t, options_.warmup);
+              r[t] = weighted_residual(record, t, weights[k], predicted[k]);
+            }
           }
-          finite = write_rows(counted, weights.data(), order, in_order, unknowns, jacobian + t0 * unknowns) && finite;
+          const double* weight_of_row = all_count ? nullptr : weights.data();
+          finite = write_rows(counted, weight_of_row, order, in_order, unknowns, jacobian + t0 * unknowns) && finite;
         });
     if (!completed || !finite) return false;
     r += record.u.size();
@@ -282,7 +284,7 @@ namespace {
 /// first_sample: sample of the record that row 0 predicts.
 void finish_rows(const Record& record, Index first_sample, Index warmup, std::span<const double> y,
                  const Tangents& tangents, Index columns) {
-  const bool all_count = record.weights.size() == 0 && first_sample >= warmup;
+  const bool all_count = counts_fully(record, first_sample, warmup);
   for (Index k = 0; k < tangents.rows; ++k) {
     const Index t = first_sample + k;
     double* row = tangents.row(k);
@@ -322,12 +324,12 @@ bool Predictor::accumulate(const Eigen::VectorXd& p, NormalEquations& sums) cons
     const std::vector<Index> order = unknown_of_column(static_cast<Index>(i));
     const Index columns = static_cast<Index>(order.size());
     NormalEquations local(columns + 1);
-    const bool finite = run_tangents(
-        p, static_cast<Index>(i),
-        [&](const Timeline& timeline, Index first, std::span<const double> y, const Tangents& tangents) {
-          finish_rows(timeline.record, timeline.predicted(first), options_.warmup, y, tangents, columns);
-          local.add(tangents.data, tangents.rows, tangents.stride);
-        });
+    const bool finite =
+        run_tangents(p, static_cast<Index>(i),
+                     [&](const Timeline& timeline, Index first, std::span<const double> y, const Tangents& tangents) {
+                       finish_rows(timeline.record, timeline.predicted(first), options_.warmup, y, tangents, columns);
+                       local.add(tangents.data, tangents.rows, tangents.stride);
+                     });
     const Eigen::MatrixXd gram = local.gram();
     if (!finite || !gram.allFinite()) return false;
     total += in_order_of_unknowns(gram, order, unknowns);
@@ -345,18 +347,18 @@ bool Predictor::accumulate(const Eigen::VectorXd& p, QrTriangle& sums) const {
   for (std::size_t i = 0; i < data_->records.size(); ++i) {
     const std::vector<Index> order = unknown_of_column(static_cast<Index>(i));
     const Index columns = static_cast<Index>(order.size());
-    const bool finite = run_tangents(
-        p, static_cast<Index>(i),
-        [&](const Timeline& timeline, Index first, std::span<const double> y, const Tangents& tangents) {
-          finish_rows(timeline.record, timeline.predicted(first), options_.warmup, y, tangents, columns);
-          ordered.assign(static_cast<std::size_t>(tangents.rows * (unknowns + 1)), 0.0);
-          for (Index k = 0; k < tangents.rows; ++k) {
-            double* target = ordered.data() + k * (unknowns + 1);
-            for (std::size_t c = 0; c < order.size(); ++c) target[order[c]] = tangents.row(k)[c];
-            target[unknowns] = tangents.row(k)[columns];
-          }
-          total.add(ordered.data(), tangents.rows, unknowns + 1);
-        });
+    const bool finite =
+        run_tangents(p, static_cast<Index>(i),
+                     [&](const Timeline& timeline, Index first, std::span<const double> y, const Tangents& tangents) {
+                       finish_rows(timeline.record, timeline.predicted(first), options_.warmup, y, tangents, columns);
+                       ordered.assign(static_cast<std::size_t>(tangents.rows * (unknowns + 1)), 0.0);
+                       for (Index k = 0; k < tangents.rows; ++k) {
+                         double* target = ordered.data() + k * (unknowns + 1);
+                         for (std::size_t c = 0; c < order.size(); ++c) target[order[c]] = tangents.row(k)[c];
+                         target[unknowns] = tangents.row(k)[columns];
+                       }
+                       total.add(ordered.data(), tangents.rows, unknowns + 1);
+                     });
     if (!finite) return false;
   }
   if (!total.triangle().allFinite()) return false;
@@ -393,9 +395,8 @@ Eigen::MatrixXd Predictor::score_batches(const Eigen::VectorXd& p, Index batch) 
 
 Eigen::VectorXd Predictor::predict(const Eigen::VectorXd& p, Index record) const {
   check_unknowns(p);
-  Eigen::VectorXd yhat =
-      Eigen::VectorXd::Constant(data_->records[static_cast<std::size_t>(record)].u.size(),
-                                std::numeric_limits<double>::quiet_NaN());
+  Eigen::VectorXd yhat = Eigen::VectorXd::Constant(data_->records[static_cast<std::size_t>(record)].u.size(),
+                                                   std::numeric_limits<double>::quiet_NaN());
   run_values(p, record, [&](const Timeline& timeline, Index first, std::span<const double> y) {
     for (std::size_t k = 0; k < y.size(); ++k) {
       const Index t = timeline.predicted(first + static_cast<Index>(k));

@@ -496,13 +496,21 @@ void chebyshev(const double* c, KernelIndex degree, double scale, double shift, 
 /// Samples whose basis values are kept at once.
 constexpr KernelIndex kBasisRows = 64;
 
+/// A vector of the first `count` numbers, zeros behind them.
+inline Vec load_some(const double* p, KernelIndex count) {
+  if (count >= kWidth) return load(p);
+  Vec v = {};
+  for (int lane = 0; lane < kWidth; ++lane) {
+    if (lane < count) v[lane] = p[lane];
+  }
+  return v;
+}
+
 /// T_0 .. T_degree of up to 64 samples, row k of `basis` holding T_k; value and slope (to u) of the series beside them.
 inline void chebyshev_basis(const double* c, KernelIndex degree, double scale, double shift, const double* u,
                             KernelIndex n, double* basis, double* value, double* slope) {
   for (KernelIndex t = 0; t < n; t += kWidth) {
-    double input[kWidth] = {};
-    for (KernelIndex lane = 0; lane < kWidth && t + lane < n; ++lane) input[lane] = u[t + lane];
-    const Vec x = scale * load(input) + shift;
+    const Vec x = scale * load_some(u + t, n - t) + shift;
     // T_k' = k U_{k-1} with U_k = 2 x U_{k-1} - U_{k-2}.
     Vec first_past = splat(1.0);
     Vec first = x;
@@ -579,10 +587,11 @@ void chebyshev_tangents(const double* c, KernelIndex degree, double scale, doubl
   for (KernelIndex start = 0; start < n; start += kBasisRows) {
     const KernelIndex rows = n - start < kBasisRows ? n - start : kBasisRows;
     double* tile = data + start * stride;
-    chebyshev_basis(c, degree, scale, shift, u + start, rows, basis, value, slope);
+    const bool whole = rows == kBasisRows;
+    chebyshev_basis(c, degree, scale, shift, u + start, rows, basis, whole ? y + start : value, slope);
     scale_rows(slope, tile, rows, stride, upstream);
     transposed_columns(basis, tile + upstream, rows, stride, degree + 1);
-    for (KernelIndex t = 0; t < rows; ++t) y[start + t] = value[t];
+    for (KernelIndex t = 0; !whole && t < rows; ++t) y[start + t] = value[t];
   }
 }
 
