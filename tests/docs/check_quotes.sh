@@ -1,14 +1,19 @@
 #!/usr/bin/env bash
-# Every C++ block of the given Markdown files must be quoted from a source that is compiled and run.
+# Every C++ block of the documents must be quoted from a source that is compiled and run.
 #
 # A block is announced by a comment on a line of its own, an empty line between them or not:
 #   <!-- quote examples/fit_in_five_lines.cpp fit -->
 # It must equal what stands between the lines `// begin: fit` and `// end: fit` of that file, indentation removed.
-# usage: check_quotes.sh ROOT FILE.md...    files are named from ROOT, the folder of the repository
+# usage: check_quotes.sh ROOT [FILE.md...]    files are named from ROOT, the folder of the repository;
+#        default: those at the top and in docs/ and examples/
 set -euo pipefail
 
 root="$1"
 shift
+documents=("$@")
+if ((${#documents[@]} == 0)); then
+  mapfile -t documents < <(cd -- "$root" && ls -- *.md docs/*.md examples/*.md)
+fi
 failures=0
 
 complain() {
@@ -44,7 +49,7 @@ check_block() {  # document line, source, part, text
   fi
 }
 
-for document in "$@"; do
+for document in "${documents[@]}"; do
   number=0
   source="" part="" block="" inside=no
   while IFS= read -r line || [[ -n "$line" ]]; do
