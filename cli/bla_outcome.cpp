@@ -30,7 +30,11 @@ Json roots_json(const std::vector<std::complex<double>>& roots, double sample_ti
 }
 
 std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
-  return {name, number(metrics.rmse), number(metrics.nrmse), number(metrics.fit_percent), number(metrics.r2),
+  return {name,
+          number(metrics.rmse),
+          number(metrics.nrmse),
+          number(metrics.fit_percent),
+          number(metrics.r2),
           std::to_string(metrics.samples)};
 }
 
@@ -82,7 +86,8 @@ void print_bla(std::ostream& stream, const BlaOutcome& outcome) {
     for (const BlaScore& score : outcome.table) {
       table.rows.push_back({std::to_string(score.orders.nb), std::to_string(score.orders.na),
                             std::to_string(score.orders.nk), number(score.rmse), number(score.aic, 8),
-                            number(score.bic, 8), std::isnan(score.validation_rmse) ? "-" : number(score.validation_rmse),
+                            number(score.bic, 8),
+                            std::isnan(score.validation_rmse) ? "-" : number(score.validation_rmse),
                             same(score.orders, outcome.orders) ? "chosen" : ""});
     }
     print(stream, table);
@@ -100,11 +105,11 @@ void print_bla(std::ostream& stream, const BlaOutcome& outcome) {
   const LeafBlock leaf = leaf_blocks(model).front();
   stream << "  DC gain " << number(dc_gain(leaf.block, leaf.parameters).value_or(std::nan(""))) << ", input mean "
          << with_unit(number(outcome.bla.input_mean), outcome.input_unit) << ", output mean "
-         << with_unit(number(outcome.bla.output_mean), outcome.output_unit)
-         << "\n  noise and nonlinear distortion " << with_unit(number(outcome.bla.rmse), outcome.output_unit) << '\n';
-  TextTable table{{{"", Align::left}, {"root", Align::right}, {"modulus", Align::right},
-                   {"natural frequency Hz", Align::right}},
-                  {}};
+         << with_unit(number(outcome.bla.output_mean), outcome.output_unit) << "\n  noise and nonlinear distortion "
+         << with_unit(number(outcome.bla.rmse), outcome.output_unit) << '\n';
+  TextTable table{
+      {{"", Align::left}, {"root", Align::right}, {"modulus", Align::right}, {"natural frequency Hz", Align::right}},
+      {}};
   const LinearRoots roots = bla_roots(outcome);
   const auto add = [&](const char* what, const std::vector<std::complex<double>>& list) {
     for (const std::complex<double>& root : list) {

@@ -36,8 +36,8 @@ void make_folder(const fs::path& folder) {
   if (code) throw OutputError(compose(folder.string(), ": cannot make the folder: ", code.message()));
 }
 
-/// The truth's numbers in the coordinates of the model: gains by the same convention, the polynomial over the range that
-/// the model's has.
+/// The truth's numbers in the coordinates of the model: gains by the same convention, the polynomial over the range
+/// that the model's has.
 Eigen::VectorXd comparable_truth(const Model& truth, const Model& model) {
   const Model normal = normalise(truth);
   const std::vector<ChildParameters> parts = top_level_blocks(normal);
@@ -76,8 +76,8 @@ void print_parameters(const FitOutcome& outcome, const Eigen::VectorXd& truth) {
 }
 
 void print_noise(const FitOutcome& outcome, double noise) {
-  std::cout << "  noise in the data " << with_unit(number(noise), outcome.output_unit) << "; test RMSE / noise = "
-            << fixed_number(outcome.test->total.rmse / noise, 4) << '\n';
+  std::cout << "  noise in the data " << with_unit(number(noise), outcome.output_unit)
+            << "; test RMSE / noise = " << fixed_number(outcome.test->total.rmse / noise, 4) << '\n';
 }
 
 nlohmann::ordered_json json_of(const FitOutcome& outcome, const Eigen::VectorXd& truth, double noise) {

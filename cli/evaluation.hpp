@@ -27,7 +27,8 @@ struct Evaluation {
   Metrics total;
 };
 
-/// Simulates and scores each record. `states`: initial state of each record when states are estimated; empty: fitted here.
+/// Simulates and scores each record. `states`: initial state of each record when states are estimated; empty: fitted
+/// here.
 Evaluation evaluate(const Model& model, const DataSet& data, const PredictionOptions& options,
                     const std::vector<Eigen::VectorXd>& states = {});
 

@@ -23,6 +23,9 @@
 namespace blockid::cli {
 namespace {
 
+/// Share of test samples outside the range of the training data from which the user is told.
+constexpr double kNotableShare = 1e-3;
+
 /// The chain to identify and where the search begins.
 struct Start {
   AnyBlock chain;
@@ -113,7 +116,8 @@ void warn_of_extrapolation(const FitOutcome& outcome, std::vector<std::string>& 
     }
   }
   for (std::size_t k = 0; k < leaves.size(); ++k) {
-    if (leaves[k].block.is_linear() || !leaves[k].block.is_static() || outside[k] == 0) continue;
+    const bool many = static_cast<double>(outside[k]) > kNotableShare * static_cast<double>(samples);
+    if (leaves[k].block.is_linear() || !leaves[k].block.is_static() || !many) continue;
     warnings.push_back(std::to_string(outside[k]) + " of " + std::to_string(samples) + " test samples reach " +
                        leaves[k].path + " outside the range of the training data");
   }
@@ -181,18 +185,24 @@ Index free_count(const FitOutcome& outcome) {
 
 std::string initial_state_text(InitialState state) {
   switch (state) {
-    case InitialState::zero: return "rest";
-    case InitialState::estimated: return "estimated from each record";
-    case InitialState::periodic: return "periodic steady state";
+    case InitialState::zero:
+      return "rest";
+    case InitialState::estimated:
+      return "estimated from each record";
+    case InitialState::periodic:
+      return "periodic steady state";
   }
   return "unknown";
 }
 
 int exit_code(const FitOutcome& outcome) {
   switch (outcome.fit.report.status) {
-    case FitStatus::cancelled: return kInterrupted;
-    case FitStatus::diverged: return kNumericalFailure;
-    default: return std::isfinite(outcome.train.total.rmse) ? kSuccess : kNumericalFailure;
+    case FitStatus::cancelled:
+      return kInterrupted;
+    case FitStatus::diverged:
+      return kNumericalFailure;
+    default:
+      return std::isfinite(outcome.train.total.rmse) ? kSuccess : kNumericalFailure;
   }
 }
 

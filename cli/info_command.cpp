@@ -113,9 +113,9 @@ void print_filter(const LeafBlock& leaf, double sample_time_s) {
   std::cout << "\n" << leaf.path << "  DC gain " << number(*gain) << '\n';
   const std::optional<LinearRoots> roots = linear_roots(leaf.block, leaf.parameters);
   if (!roots) return;
-  TextTable table{{{"", Align::left}, {"root", Align::right}, {"modulus", Align::right},
-                   {"natural frequency Hz", Align::right}},
-                  {}};
+  TextTable table{
+      {{"", Align::left}, {"root", Align::right}, {"modulus", Align::right}, {"natural frequency Hz", Align::right}},
+      {}};
   const auto add = [&](const char* what, const std::vector<std::complex<double>>& list) {
     for (const std::complex<double>& root : list) {
       table.rows.push_back(

@@ -9,7 +9,8 @@ namespace blockid::cli {
 
 std::vector<NamedInitialiser> initialisers() {
   return {
-      {"split", "all ways to split the best linear approximation between the filters", [] { return exhaustive_split(); }},
+      {"split", "all ways to split the best linear approximation between the filters",
+       [] { return exhaustive_split(); }},
       {"none", "the blocks' own initial parameters", [] { return no_initialiser(); }},
   };
 }

@@ -5,8 +5,8 @@
 
 namespace blockid::cli {
 
-/// While it lives, the first SIGINT only makes interrupted() true; the second one ends the program as usual. A SIGINT that
-/// was ignored before (a job in the background) stays ignored.
+/// While it lives, the first SIGINT only makes interrupted() true; the second one ends the program as usual. A SIGINT
+/// that was ignored before (a job in the background) stays ignored.
 class InterruptGuard {
  public:
   InterruptGuard();

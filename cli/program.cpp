@@ -33,7 +33,8 @@ void add_data_options(CLI::App& app, DataOptions& data, Output output, const std
   const std::string group = "Data";
   app.add_option("DATA", data.file, "data file: CSV (or columns separated by ; tab or blanks) or MAT v4, v5, v7, v7.3")
       ->required();
-  app.add_option("--input", data.input, "input signal: CSV column name or 1-based number; MAT variable, struct.field, name[k]")
+  app.add_option("--input", data.input,
+                 "input signal: CSV column name or 1-based number; MAT variable, struct.field, name[k]")
       ->type_name("NAME")
       ->required()
       ->group(group);
@@ -80,8 +81,9 @@ void add_scoring(CLI::App& app, ScoringOptions& scoring, const std::vector<std::
       ->type_name("N")
       ->check(CLI::NonNegativeNumber)
       ->group(group);
-  std::string help = "state of the model before each record: zero (rest), estimated (fitted to the record's output), "
-                     "periodic (steady state, needs --period)";
+  std::string help =
+      "state of the model before each record: zero (rest), estimated (fitted to the record's output), "
+      "periodic (steady state, needs --period)";
   if (states.size() > 3) help += ", model (as in the model file)";
   app.add_option("--initial-state", scoring.initial_state, help + " (default: zero)")
       ->type_name("WORD")
@@ -114,9 +116,10 @@ void add_fit(CLI::App& program, FitCommand& command) {
   add_ranges(app, command.ranges);
   add_scoring(app, command.scoring, kStates);
   const std::string group = "Model and fit";
-  app.add_option("--model", command.model,
-                 "the chain to identify, e.g. \"G1=rational(nb=3,na=3) | f=spline(knots=20) | G2=rational(nb=3,na=3)\"; "
-                 "left out only when --init names a model file")
+  app.add_option(
+         "--model", command.model,
+         "the chain to identify, e.g. \"G1=rational(nb=3,na=3) | f=spline(knots=20) | G2=rational(nb=3,na=3)\"; "
+         "left out only when --init names a model file")
       ->type_name("TEXT")
       ->group(group);
   app.add_option("--init", command.init, "where the search starts: " + describe_initialisers() + " (default: split)")
@@ -157,7 +160,8 @@ void add_simulate(CLI::App& program, SimulateCommand& command) {
       ->type_name("A:B")
       ->group("Data");
   add_scoring(app, command.scoring, kSimulationStates);
-  add_file(app, "-o,--save", command.csv, "CSV with the columns t_s, u, y (with --output), yhat, error (with --output)");
+  add_file(app, "-o,--save", command.csv,
+           "CSV with the columns t_s, u, y (with --output), yhat, error (with --output)");
   add_file(app, "--json", command.json, "metrics as JSON");
   add_quiet(app, command.quiet)->group("Results");
 }
@@ -206,7 +210,8 @@ void add_demo(CLI::App& program, DemoCommand& command) {
   CLI::App& app = *program.add_subcommand(
       "demo", "identify a built-in synthetic Wiener-Hammerstein system; writes model.json, report.html, result.json");
   app.footer(kExitCodesText);
-  app.add_option("--output-dir", command.output_dir, "folder for the results, made if missing (default: the current one)")
+  app.add_option("--output-dir", command.output_dir,
+                 "folder for the results, made if missing (default: the current one)")
       ->type_name("DIR");
   app.add_option("--seed", command.run.seed, "seed of the synthetic data (default: 1)")->type_name("N");
   add_threads(app, command.run);

@@ -14,8 +14,13 @@ constexpr double kBodeDecades = 3.0;
 constexpr Index kBodePoints = 240;
 
 std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
-  return {name, number(metrics.rmse), number(metrics.nrmse), number(metrics.fit_percent), number(metrics.r2),
-          std::to_string(metrics.samples), std::to_string(metrics.warmup)};
+  return {name,
+          number(metrics.rmse),
+          number(metrics.nrmse),
+          number(metrics.fit_percent),
+          number(metrics.r2),
+          std::to_string(metrics.samples),
+          std::to_string(metrics.warmup)};
 }
 
 void add_orders(HtmlPage& page, const BlaOutcome& outcome) {
@@ -36,8 +41,8 @@ void add_roots(HtmlPage& page, const BlaOutcome& outcome, const LinearRoots& roo
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](const char* what, const std::vector<std::complex<double>>& list) {
     for (const std::complex<double>& root : list) {
-      rows.push_back({what, to_text(root), number(std::abs(root), 5),
-                      number(natural_frequency_hz(root, sample_time_s), 5)});
+      rows.push_back(
+          {what, to_text(root), number(std::abs(root), 5), number(natural_frequency_hz(root, sample_time_s), 5)});
     }
   };
   add("pole", roots.poles);
@@ -83,11 +88,11 @@ std::string bla_report(const BlaOutcome& outcome) {
   const bool complete = first.record.weights.size() == 0 || first.record.weights.minCoeff() > 0.0;
   const BodeBand points = complete ? measured_response(first.record) : BodeBand{};
   const Eigen::VectorXd frequencies = logarithmic_frequencies(model.sample_time_s, kBodeDecades, kBodePoints);
-  add_figure(page,
-             bode_figure("G", bode_band(leaf.block, leaf.parameters, outcome.covariance, frequencies,
-                                        model.sample_time_s),
-                         points),
-             gnuplot);
+  add_figure(
+      page,
+      bode_figure("G", bode_band(leaf.block, leaf.parameters, outcome.covariance, frequencies, model.sample_time_s),
+                  points),
+      gnuplot);
   const LinearRoots roots = bla_roots(outcome);
   add_figure(page, pole_zero_figure("G", roots), gnuplot);
   add_roots(page, outcome, roots);

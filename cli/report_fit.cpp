@@ -39,8 +39,10 @@ void add_task(HtmlPage& page, const FitOutcome& outcome) {
                  initial_state_text(outcome.prediction.initial_state) + "; the first " +
                  std::to_string(outcome.prediction.warmup) + " samples are not scored.");
   page.code(outcome.requested_model);
-  page.paragraph("Starting models by “" + outcome.init + "”, the best refitted by Levenberg-Marquardt on the simulation "
-                 "error: " + blockid::to_text(outcome.fit.report.status) + " after " +
+  page.paragraph("Starting models by “" + outcome.init +
+                 "”, the best refitted by Levenberg-Marquardt on the simulation "
+                 "error: " +
+                 blockid::to_text(outcome.fit.report.status) + " after " +
                  std::to_string(outcome.fit.report.iterations) + " iterations, " +
                  fixed_number(outcome.fit.wall_seconds, 2) + " s on " + std::to_string(outcome.threads) +
                  (outcome.threads == 1 ? " thread." : " threads."));
@@ -74,9 +76,9 @@ struct Shown {
 Shown shown_record(const FitOutcome& outcome) {
   const Evaluation& evaluation = outcome.test ? *outcome.test : outcome.train;
   const std::vector<Range>& ranges = outcome.test ? outcome.test_ranges : outcome.train_ranges;
-  const auto longest = std::max_element(
-      evaluation.records.begin(), evaluation.records.end(),
-      [](const ScoredRecord& a, const ScoredRecord& b) { return a.yhat.size() < b.yhat.size(); });
+  const auto longest =
+      std::max_element(evaluation.records.begin(), evaluation.records.end(),
+                       [](const ScoredRecord& a, const ScoredRecord& b) { return a.yhat.size() < b.yhat.size(); });
   const auto place = static_cast<std::size_t>(longest - evaluation.records.begin());
   return {outcome.test ? "test" : "training", &*longest, place < ranges.size() ? ranges[place].begin : 0};
 }
@@ -92,6 +94,7 @@ bool has_response(const LeafBlock& leaf) { return leaf.parameters.size() > 0 && 
 
 void add_filters(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) {
   page.heading("Linear filters");
+  page.paragraph("Gains that neighbouring blocks could trade are held by convention and count as exact in the bands.");
   const double sample_time_s = outcome.sample_time_s;
   const Eigen::VectorXd frequencies = logarithmic_frequencies(sample_time_s, kBodeDecades, kBodePoints);
   for (const LeafBlock& leaf : leaf_blocks(outcome.model())) {
@@ -106,8 +109,8 @@ void add_filters(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) {
     std::vector<std::vector<std::string>> rows;
     const auto add = [&](const char* what, const std::vector<std::complex<double>>& list) {
       for (const std::complex<double>& root : list) {
-        rows.push_back({what, to_text(root), number(std::abs(root), 5),
-                        number(natural_frequency_hz(root, sample_time_s), 5)});
+        rows.push_back(
+            {what, to_text(root), number(std::abs(root), 5), number(natural_frequency_hz(root, sample_time_s), 5)});
       }
     };
     add("pole", roots->poles);

@@ -97,17 +97,14 @@ int run_simulate(const SimulateCommand& command) {
   if (!command.quiet) print_simulation(command, model, record, range, yhat, metrics);
   if (!yhat.allFinite()) {
     const auto first = std::find_if(yhat.begin(), yhat.end(), [](double value) { return !std::isfinite(value); });
-    std::cerr << "blockid: the simulation is not finite from sample " << range.begin + std::distance(yhat.begin(), first)
-              << " on: the model is unstable\n";
+    std::cerr << "blockid: the simulation is not finite from sample "
+              << range.begin + std::distance(yhat.begin(), first) << " on: the model is unstable\n";
   }
   if (!command.csv.empty()) write_output(command.csv, csv_text(record, yhat, range.begin, has_output));
   if (!command.json.empty()) {
-    nlohmann::ordered_json result = {{"format", "blockid-simulation"},
-                                     {"version", BLOCKID_VERSION},
-                                     {"model", blockid::to_text(model.chain)},
-                                     {"range", blockid::to_text(range)},
-                                     {"sample_time_s", record.sample_time_s},
-                                     {"finite", yhat.allFinite()}};
+    nlohmann::ordered_json result = {{"format", "blockid-simulation"},         {"version", BLOCKID_VERSION},
+                                     {"model", blockid::to_text(model.chain)}, {"range", blockid::to_text(range)},
+                                     {"sample_time_s", record.sample_time_s},  {"finite", yhat.allFinite()}};
     if (metrics) result["metrics"] = metrics_json(*metrics);
     write_output(command.json, json_text(result));
   }

@@ -7,8 +7,8 @@
 
 namespace blockid::problems {
 
-/// Independent N(0, 1) numbers from std::mt19937_64 by the transformation of Box and Muller (1958). The engine's bits are
-/// fixed by the C++ standard, those of std::normal_distribution are not.
+/// Independent N(0, 1) numbers from std::mt19937_64 by the transformation of Box and Muller (1958). The engine's bits
+/// are fixed by the C++ standard, those of std::normal_distribution are not.
 class Gaussian {
  public:
   explicit Gaussian(std::uint64_t seed) : engine_(seed) {}

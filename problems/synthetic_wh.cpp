@@ -84,8 +84,9 @@ Problem synthetic_wiener_hammerstein(const SyntheticWienerHammersteinOptions& op
   train.y += noise_std * gaussian.vector(options.train_samples);
   test.y += noise_std * gaussian.vector(options.test_samples);
   return {.name = "synthetic_wiener_hammerstein",
-          .description = "third-order filter, saturating polynomial of degree 5, third-order filter; white Gaussian "
-                         "input, white Gaussian noise in the measured output",
+          .description =
+              "third-order filter, saturating polynomial of degree 5, third-order filter; white Gaussian "
+              "input, white Gaussian noise in the measured output",
           .train = std::move(train),
           .test = std::move(test),
           .truth = truth,

@@ -3,10 +3,9 @@
 #include <blockid/data/error.hpp>
 #include <blockid/data/frequency_response.hpp>
 
-#include <algorithm>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -14,8 +13,8 @@
 namespace blockid::cli {
 namespace {
 
-using Eigen::MatrixXd;
 using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
@@ -24,13 +23,6 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 const double kDecibels = 20.0 / std::log(10.0);
 
 std::span<const double> view(const VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
-
-/// Step of a central difference: well within the parameter's uncertainty, as far as rounding errors allow.
-double step_for(double value, double variance) {
-  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  const double scale = std::max(std::abs(value), 1.0);
-  return std::clamp(0.1 * std::sqrt(std::max(variance, 0.0)), std::sqrt(kEpsilon) * scale, std::cbrt(kEpsilon) * scale);
-}
 
 VectorXcd responses(const AnyBlock& block, const VectorXd& theta, const VectorXd& omega) {
   VectorXcd g(omega.size());
@@ -49,26 +41,32 @@ VectorXd outputs(const AnyBlock& block, const VectorXd& theta, const VectorXd& u
   return y;
 }
 
-/// Columns d f / d theta_k by central differences; zero columns where the parameter does not vary.
+/// L with L L' = C, scaled so that units do not matter: columns are the independent directions of uncertainty.
+MatrixXd root_of(const MatrixXd& covariance) {
+  const VectorXd scale = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const VectorXd inverse = scale.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
+  const MatrixXd correlation = inverse.asDiagonal() * covariance * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(correlation);
+  const VectorXd lengths = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return scale.asDiagonal() * eigen.eigenvectors() * lengths.asDiagonal();
+}
+
+/// Columns: derivatives of f along the columns of root, by central differences well within the uncertainty. Single
+/// parameters of a filter may be far more uncertain than its response, so differences along each of them would not do.
 template <class Matrix, class Function>
-Matrix derivatives(const VectorXd& theta, const MatrixXd& covariance, Index rows, const Function& function) {
-  Matrix result = Matrix::Zero(rows, theta.size());
-  for (Index k = 0; k < theta.size(); ++k) {
-    if (covariance(k, k) == 0.0) continue;
-    VectorXd above = theta;
-    VectorXd below = theta;
-    const double step = step_for(theta[k], covariance(k, k));
-    above[k] += step;
-    below[k] -= step;
-    result.col(k) = (function(above) - function(below)) / (above[k] - below[k]);
+Matrix derivatives(const VectorXd& theta, const MatrixXd& root, Index rows, const Function& function) {
+  constexpr double kStep = 1e-2;  // in standard deviations
+  Matrix result = Matrix::Zero(rows, root.cols());
+  for (Index k = 0; k < root.cols(); ++k) {
+    if (root.col(k).isZero(0.0)) continue;
+    const VectorXd step = kStep * root.col(k);
+    result.col(k) = (function(theta + step) - function(theta - step)) / (2.0 * kStep);
   }
   return result;
 }
 
-/// sqrt(diag(D C D'))
-VectorXd deviations(const MatrixXd& d, const MatrixXd& covariance) {
-  return (d * covariance).cwiseProduct(d).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
-}
+/// Square root of the sum of squares of each row.
+VectorXd lengths_of_rows(const MatrixXd& d) { return d.rowwise().norm(); }
 
 }  // namespace
 
@@ -93,10 +91,10 @@ BodeBand bode_band(const AnyBlock& block, const VectorXd& parameters, const Matr
   band.phase_deviation_deg = VectorXd::Zero(frequency_hz.size());
   if (covariance.size() == 0) return band;
   const auto function = [&](const VectorXd& theta) { return responses(block, theta, omega); };
-  const MatrixXcd gradient = derivatives<MatrixXcd>(parameters, covariance, omega.size(), function);
+  const MatrixXcd gradient = derivatives<MatrixXcd>(parameters, root_of(covariance), omega.size(), function);
   const MatrixXcd relative = g.response.cwiseInverse().asDiagonal() * gradient;
-  band.magnitude_deviation_db = kDecibels * deviations(relative.real(), covariance);
-  band.phase_deviation_deg = kDegrees * deviations(relative.imag(), covariance);
+  band.magnitude_deviation_db = kDecibels * lengths_of_rows(relative.real());
+  band.phase_deviation_deg = kDegrees * lengths_of_rows(relative.imag());
   return band;
 }
 
@@ -104,7 +102,7 @@ CurveBand curve_band(const AnyBlock& block, const VectorXd& parameters, const Ma
   CurveBand band{u, outputs(block, parameters, u), VectorXd::Zero(u.size())};
   if (covariance.size() == 0) return band;
   const auto function = [&](const VectorXd& theta) { return outputs(block, theta, u); };
-  band.deviation = deviations(derivatives<MatrixXd>(parameters, covariance, u.size(), function), covariance);
+  band.deviation = lengths_of_rows(derivatives<MatrixXd>(parameters, root_of(covariance), u.size(), function));
   return band;
 }
 

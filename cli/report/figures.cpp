@@ -25,6 +25,8 @@ constexpr Index kBuckets = 400;
 constexpr Index kLags = 60;
 constexpr Index kCurvePoints = 300;
 constexpr Index kBins = 60;
+/// Below, a measured frequency response is mostly noise.
+constexpr double kLeastCoherence = 0.7;
 
 /// Colours that differ in print and for most kinds of colour blindness.
 constexpr const char* kStyles = R"(
@@ -130,15 +132,16 @@ Figure zoom_figure(const ScoredRecord& scored, const std::string& set, Index beg
                            " on, where the error is largest; below, the error (measured - simulated) on its own scale.",
                 .script = {},
                 .height = 440};
-  figure.script = kStyles + data_block("d", {t, record.y.segment(first, length), scored.yhat.segment(first, length),
-                                             error.segment(first, length)}) +
-                  x_range(t) + upper_panel(0.62) + "set ylabel " +
-                  quoted(axis_label(record.output_name, record.output_unit)) +
-                  "\nplot $d using 1:2 with lines ls 1 title 'measured', $d using 1:3 with lines ls 2 title "
-                  "'simulated'\n" +
-                  lower_panel(0.62) + symmetric_range(error.segment(first, length).cwiseAbs().maxCoeff()) +
-                  "set xlabel 'time [s]'\nset ylabel " + quoted(axis_label("error", record.output_unit)) +
-                  "\nplot $d using 1:4 with lines ls 3\nunset multiplot\n";
+  figure.script =
+      kStyles +
+      data_block(
+          "d", {t, record.y.segment(first, length), scored.yhat.segment(first, length), error.segment(first, length)}) +
+      x_range(t) + upper_panel(0.62) + "set ylabel " + quoted(axis_label(record.output_name, record.output_unit)) +
+      "\nplot $d using 1:2 with lines ls 1 title 'measured', $d using 1:3 with lines ls 2 title "
+      "'simulated'\n" +
+      lower_panel(0.62) + symmetric_range(error.segment(first, length).cwiseAbs().maxCoeff()) +
+      "set xlabel 'time [s]'\nset ylabel " + quoted(axis_label("error", record.output_unit)) +
+      "\nplot $d using 1:4 with lines ls 3\nunset multiplot\n";
   return figure;
 }
 
@@ -174,17 +177,19 @@ Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand
   const bool has_points = measured.frequency_hz.size() > 0;
   Figure figure{.id = "bode-" + name,
                 .title = "Bode picture of " + name,
-                .caption = has_band ? "Shaded: 2 standard deviations from the covariance of the parameters (delta method), "
-                                      "at most " +
-                                          number(2.0 * band.magnitude_deviation_db.maxCoeff(), 2) + " dB and " +
-                                          number(2.0 * band.phase_deviation_deg.maxCoeff(), 2) +
-                                          " degrees; gains held by convention taken as exact."
-                                    : "No band: the covariance of the parameters is not known.",
+                .caption = has_band
+                               ? "Shaded: 2 standard deviations from the covariance of the parameters (delta method), "
+                                 "at most " +
+                                     number(2.0 * band.magnitude_deviation_db.maxCoeff(), 3) + " dB and " +
+                                     number(2.0 * band.phase_deviation_deg.maxCoeff(), 3) + " degrees."
+                               : "No band: the covariance of the parameters is not known.",
                 .script = {},
                 .height = 460};
-  if (has_points) figure.caption += " Points: averaged cross spectrum over input spectrum, no model involved.";
-  std::string script = kStyles + data_block("d", {band.frequency_hz, band.magnitude_db, low_db, high_db,
-                                                  band.phase_deg, low_deg, high_deg});
+  if (has_points)
+    figure.caption +=
+        " Points: averaged cross spectrum over input spectrum, no model involved, where the coherence is above 0.7.";
+  std::string script = kStyles + data_block("d", {band.frequency_hz, band.magnitude_db, low_db, high_db, band.phase_deg,
+                                                  low_deg, high_deg});
   if (has_points) script += data_block("m", {measured.frequency_hz, measured.magnitude_db, measured.phase_deg});
   const auto panel = [&](int column) {
     const std::string c = std::to_string(column);
@@ -236,22 +241,24 @@ Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, c
   const bool has_band = band.deviation.maxCoeff() > 0.0;
   Figure figure{.id = "static-" + leaf.path,
                 .title = "Static block " + leaf.path + " over the histogram of its input",
-                .caption = "The curve within the range that its input covers in the training data; grey: how often the "
-                           "input falls into each of " +
-                           std::to_string(counts.centre.size()) + " bins.",
+                .caption =
+                    "The curve within the range that its input covers in the training data; grey: how often the "
+                    "input falls into each of " +
+                    std::to_string(counts.centre.size()) + " bins.",
                 .script = {},
                 .height = 400};
   if (has_band) figure.caption += " Shaded: 2 standard deviations.";
-  figure.script = kStyles + data_block("h", {counts.centre, 100.0 * counts.share}) +
-                  data_block("d", {band.u, band.f, band.f - 2.0 * band.deviation, band.f + 2.0 * band.deviation}) +
-                  x_range(grid) + "set border 11\nset rmargin 9\nset xlabel " + quoted("input of " + leaf.path) +
-                  "\nset ylabel " + quoted("output of " + leaf.path) +
-                  "\nset y2label 'share of samples [%]'\nset ytics nomirror\nset y2tics\nset y2range [0:" +
-                  number(std::max(300.0 * counts.share.maxCoeff(), 1e-3), 4) + "]\nset boxwidth " +
-                  number(counts.width, 8) + "\nplot $h using 1:2 axes x1y2 with boxes fillcolor rgb '#d1d5db' fillstyle solid 1 " +
-                  "border lc rgb '#ffffff' title 'histogram', " +
-                  (has_band ? std::string("$d using 1:3:4 with filledcurves ") + kBandColour + " title '2 sigma', " : "") +
-                  "$d using 1:2 with lines ls 2 lw 2 title 'f'\n";
+  figure.script =
+      kStyles + data_block("h", {counts.centre, 100.0 * counts.share}) +
+      data_block("d", {band.u, band.f, band.f - 2.0 * band.deviation, band.f + 2.0 * band.deviation}) + x_range(grid) +
+      "set border 11\nset rmargin 9\nset xlabel " + quoted("input of " + leaf.path) + "\nset ylabel " +
+      quoted("output of " + leaf.path) +
+      "\nset y2label 'share of samples [%]'\nset ytics nomirror\nset y2tics\nset y2range [0:" +
+      number(std::max(300.0 * counts.share.maxCoeff(), 1e-3), 4) + "]\nset boxwidth " + number(counts.width, 8) +
+      "\nplot $h using 1:2 axes x1y2 with boxes fillcolor rgb '#d1d5db' fillstyle solid 1 " +
+      "border lc rgb '#ffffff' title 'histogram', " +
+      (has_band ? std::string("$d using 1:3:4 with filledcurves ") + kBandColour + " title '2 sigma', " : "") +
+      "$d using 1:2 with lines ls 2 lw 2 title 'f'\n";
   return figure;
 }
 
@@ -261,14 +268,15 @@ Figure autocorrelation_figure(const ScoredRecord& scored, const std::string& set
   const VectorXd r = autocorrelation(scored_residual(scored), mask, lags);
   const double band = whiteness_band(static_cast<Index>(mask.sum()));
   const Index outside = (r.tail(lags).array().abs() > band).count();
-  Figure figure{.id = "residual-autocorrelation",
-                .title = "Autocorrelation of the residual, " + set + " data",
-                .caption = std::to_string(outside) + " of " + std::to_string(lags) +
-                           " lags lie outside the 99 % band of white noise. The model is an output-error model: coloured "
-                           "measurement noise alone leads to correlation here; what the model has missed of the input "
-                           "shows in the cross-correlation above.",
-                .script = {},
-                .height = 300};
+  Figure figure{
+      .id = "residual-autocorrelation",
+      .title = "Autocorrelation of the residual, " + set + " data",
+      .caption = std::to_string(outside) + " of " + std::to_string(lags) +
+                 " lags lie outside the 99 % band of white noise. The model is an output-error model: coloured "
+                 "measurement noise alone leads to correlation here; what the model has missed of the input "
+                 "shows in the cross-correlation above.",
+      .script = {},
+      .height = 300};
   figure.script = kStyles + data_block("d", {VectorXd::LinSpaced(lags, 1.0, static_cast<double>(lags)), r.tail(lags)}) +
                   "band = " + number(band, 8) + "\nset xrange [0.5:" + number(static_cast<double>(lags) + 0.5) +
                   "]\nset xlabel 'lag [samples]'\nset ylabel 'correlation'\nplot $d using 1:2 with impulses ls 2 "
@@ -325,13 +333,13 @@ Figure spectrum_figure(const ScoredRecord& scored, const std::string& set) {
 BodeBand measured_response(const Record& record) {
   const Index segment = segment_length(record.u.size());
   const CrossSpectrum cross = welch_cross(record.u, record.y, record.sample_time_s, segment);
-  const double floor = 1e-4 * cross.input_density.maxCoeff();
   std::vector<double> frequency;
   std::vector<double> magnitude;
   std::vector<double> phase;
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   for (Index k = 1; k < cross.frequency_hz.size(); ++k) {
-    if (!(cross.input_density[k] > floor)) continue;
+    const double coherence = std::norm(cross.cross_density[k]) / (cross.input_density[k] * cross.output_density[k]);
+    if (!(coherence > kLeastCoherence)) continue;
     const std::complex<double> g = cross.cross_density[k] / cross.input_density[k];
     frequency.push_back(cross.frequency_hz[k]);
     magnitude.push_back(20.0 * std::log10(std::abs(g)));

@@ -30,7 +30,8 @@ figcaption { color: #4b5563; font-size: 13.5px; }
 bool is_text(const std::string& cell) {
   if (cell.empty()) return false;
   const std::size_t first = cell[0] == '-' || cell[0] == '+' ? 1 : 0;
-  return cell != "-" && cell != "nan" && cell != "inf" && !(first < cell.size() && cell[first] >= '0' && cell[first] <= '9');
+  return cell != "-" && cell != "nan" && cell != "inf" &&
+         !(first < cell.size() && cell[first] >= '0' && cell[first] <= '9');
 }
 
 }  // namespace
@@ -39,12 +40,23 @@ std::string escaped(std::string_view text) {
   std::string result;
   for (const char c : text) {
     switch (c) {
-      case '&': result += "&amp;"; break;
-      case '<': result += "&lt;"; break;
-      case '>': result += "&gt;"; break;
-      case '"': result += "&quot;"; break;
-      case '\'': result += "&#39;"; break;
-      default: result += c;
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      case '\'':
+        result += "&#39;";
+        break;
+      default:
+        result += c;
     }
   }
   return result;
@@ -81,8 +93,8 @@ void HtmlPage::table(const std::vector<std::string>& headers, const std::vector<
 
 void HtmlPage::figure(const std::string& id, const std::string& title, const std::string& svg,
                       const std::string& caption, int max_width) {
-  body_ += "<figure id=\"" + escaped(id) + "\">\n<h3>" + escaped(title) + "</h3>\n<div style=\"max-width:" +
-           std::to_string(max_width) + "px\">" + svg + "</div>\n<figcaption>" +
+  body_ += "<figure id=\"" + escaped(id) + "\">\n<h3>" + escaped(title) +
+           "</h3>\n<div style=\"max-width:" + std::to_string(max_width) + "px\">" + svg + "</div>\n<figcaption>" +
            escaped(caption) + "</figcaption>\n</figure>\n";
 }
 

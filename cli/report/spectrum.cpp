@@ -81,15 +81,18 @@ Spectrum welch(const VectorXd& x, double sample_time_s, Index segment) {
 CrossSpectrum welch_cross(const VectorXd& u, const VectorXd& y, double sample_time_s, Index segment) {
   Segments segments(u.size(), segment);
   VectorXd input = VectorXd::Zero(segments.bins());
+  VectorXd output = VectorXd::Zero(segments.bins());
   VectorXcd cross = VectorXcd::Zero(segments.bins());
   for (Index k = 0; k < segments.count(); ++k) {
     const VectorXcd of_u = segments.transform(u, u.mean(), k);
     const VectorXcd of_y = segments.transform(y, y.mean(), k);
     input += of_u.cwiseAbs2();
+    output += of_y.cwiseAbs2();
     cross += of_y.cwiseProduct(of_u.conjugate());
   }
   const VectorXd scale = segments.scale(sample_time_s);
-  return {segments.frequencies_hz(sample_time_s), input.cwiseProduct(scale), cross.cwiseProduct(scale)};
+  return {segments.frequencies_hz(sample_time_s), input.cwiseProduct(scale), output.cwiseProduct(scale),
+          cross.cwiseProduct(scale)};
 }
 
 }  // namespace blockid::cli

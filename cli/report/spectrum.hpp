@@ -19,6 +19,7 @@ Spectrum welch(const Eigen::VectorXd& x, double sample_time_s, Eigen::Index segm
 struct CrossSpectrum {
   Eigen::VectorXd frequency_hz;    ///< (segment / 2 + 1,)
   Eigen::VectorXd input_density;   ///< (segment / 2 + 1,) S_uu
+  Eigen::VectorXd output_density;  ///< (segment / 2 + 1,) S_yy
   Eigen::VectorXcd cross_density;  ///< (segment / 2 + 1,) S_yu; S_yu / S_uu estimates the frequency response
 };
 

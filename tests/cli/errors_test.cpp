@@ -23,8 +23,8 @@ class ProgramErrors : public ::testing::Test {
 
   /// A fit whose options can be replaced or, with an empty value, left out.
   ProgramRun fit(const std::map<std::string, std::string>& changes, const Arguments& more = {}) const {
-    std::map<std::string, std::string> options = {{"DATA", "data.csv"}, {"--input", "u"},         {"--output", "y"},
-                                                  {"--rate", "1000"},   {"--model", kSyntheticChain}};
+    std::map<std::string, std::string> options = {
+        {"DATA", "data.csv"}, {"--input", "u"}, {"--output", "y"}, {"--rate", "1000"}, {"--model", kSyntheticChain}};
     for (const auto& [name, value] : changes) options[name] = value;
     Arguments arguments = {"fit", options["DATA"]};
     options.erase("DATA");
@@ -51,8 +51,7 @@ void expect(const ProgramRun& run, int code, const std::vector<std::string>& par
 
 TEST_F(ProgramErrors, NoOrUnknownCommandAndOptions) {
   expect(run_program({}, folder_.path()), 1, {"subcommand"});
-  expect(run_program({"identify"}, folder_.path()), 1,
-         {"identify", "fit", "simulate", "bla", "info", "demo"});
+  expect(run_program({"identify"}, folder_.path()), 1, {"identify", "fit", "simulate", "bla", "info", "demo"});
   expect(fit({}, {"--wrong"}), 1, {"--wrong"});
   expect(fit({{"--output", ""}}), 1, {"--output", "required"});
   expect(fit({{"--initial-state", "moving"}}), 1, {"moving", "zero", "estimated", "periodic"});
@@ -90,7 +89,8 @@ TEST_F(ProgramErrors, Ranges) {
 }
 
 TEST_F(ProgramErrors, ModelTextWithItsColumn) {
-  expect(fit({{"--model", "G=rational(nb=1,na=1) | f=splin(knots=5)"}}), 1, {"--model", "column 27", "splin", "spline"});
+  expect(fit({{"--model", "G=rational(nb=1,na=1) | f=splin(knots=5)"}}), 1,
+         {"--model", "column 27", "splin", "spline"});
   expect(fit({{"--model", "G=rational(nb=1,order=1)"}}), 1, {"order", "nb", "na", "nk"});
   expect(fit({{"--model", ""}}), 1, {"--model is required"});
 }
@@ -150,9 +150,9 @@ TEST_F(ProgramErrors, UnstableSimulationIsANumericalFailure) {
   write("unstable.json",
         R"json({"format": "blockid-model", "version": 1, "chain": "G=rational(nb=0,na=1)", "sample_time_s": 0.001,
             "parameters": [{"name": "G.b0", "value": 1}, {"name": "G.a1", "value": -9.0}]})json");
-  const ProgramRun run = run_program({"simulate", "unstable.json", "data.csv", "--input", "u", "--output", "y", "--json",
-                               "result.json", "-o", "yhat.csv"},
-                              folder_.path());
+  const ProgramRun run = run_program({"simulate", "unstable.json", "data.csv", "--input", "u", "--output", "y",
+                                      "--json", "result.json", "-o", "yhat.csv"},
+                                     folder_.path());
   EXPECT_EQ(run.code, 2);
   EXPECT_THAT(run.err, HasSubstr("not finite from sample"));
   const nlohmann::json result = blockid::testing::json_file(folder_ / "result.json");

@@ -8,8 +8,8 @@ namespace {
 
 using blockid::testing::json_file;
 using blockid::testing::ProgramRun;
-using blockid::testing::RunningProgram;
 using blockid::testing::run_program;
+using blockid::testing::RunningProgram;
 using blockid::testing::TempDir;
 using blockid::testing::write_synthetic_csv;
 using ::testing::HasSubstr;
@@ -18,10 +18,15 @@ TEST(Interrupt, LeavesTheBestModelSoFar) {
   const TempDir folder;
   write_synthetic_csv(folder / "data.csv", 40000);
   // Far more to do than the test waits for.
-  RunningProgram program({"fit", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--warmup", "100",
-                          "--model", "G1=rational(nb=5,na=5) | f=spline(knots=60) | G2=rational(nb=5,na=5)", "--best",
-                          "200", "--max-iterations", "100000", "-o", "model.json", "--json", "result.json"},
-                         folder.path());
+  RunningProgram program(
+      {"fit",    "data.csv",   "--input",
+       "u",      "--output",   "y",
+       "--rate", "1000",       "--warmup",
+       "100",    "--model",    "G1=rational(nb=5,na=5) | f=spline(knots=60) | G2=rational(nb=5,na=5)",
+       "--best", "200",        "--max-iterations",
+       "100000", "-o",         "model.json",
+       "--json", "result.json"},
+      folder.path());
   ASSERT_TRUE(program.wait_for_message(120.0));
   program.send(SIGINT);
   const ProgramRun run = program.wait();

@@ -14,11 +14,14 @@ using nlohmann::json;
 TEST(Measured, WienerHammersteinBenchmarkReachesTheBar) {
   BLOCKID_DATA_FILE_OR_SKIP(file, "wh2009/WienerHammerBenchMark.mat");
   const TempDir folder;
-  const ProgramRun run = run_program({"fit", file.string(), "--input", "uBenchMark", "--output", "yBenchMark", "--rate-from",
-                               "fs", "--train", "5200:105200", "--test", "105200:184000", "--warmup", "50", "--model",
-                               "G1=rational(nb=3,na=3) | f=spline(knots=20) | G2=rational(nb=3,na=3)", "--init",
-                               "split", "-o", "model.json", "--json", "result.json", "--report", "report.html"},
-                              folder.path());
+  const ProgramRun run = run_program(
+      {"fit",      file.string(), "--input",     "uBenchMark",
+       "--output", "yBenchMark",  "--rate-from", "fs",
+       "--train",  "5200:105200", "--test",      "105200:184000",
+       "--warmup", "50",          "--model",     "G1=rational(nb=3,na=3) | f=spline(knots=20) | G2=rational(nb=3,na=3)",
+       "--init",   "split",       "-o",          "model.json",
+       "--json",   "result.json", "--report",    "report.html"},
+      folder.path());
   ASSERT_EQ(run.code, 0) << run.err;
   const json result = json_file(folder / "result.json");
   EXPECT_LE(result["test"]["rmse"].get<double>(), 0.35e-3);
@@ -29,9 +32,10 @@ TEST(Measured, WienerHammersteinBenchmarkReachesTheBar) {
 TEST(Measured, HeatExchangerAsHammersteinBeatsItsLinearApproximation) {
   BLOCKID_DATA_FILE_OR_SKIP(file, "daisy/exchanger.dat");
   const TempDir folder;
-  const std::vector<std::string> data = {file.string(), "--input",  "2",      "--output", "3",        "--sample-time",
-                                         "1",           "--train",  "0:3000", "--test",   "3000:",    "--warmup",
-                                         "50",          "--initial-state", "estimated", "--json", "result.json"};
+  const std::vector<std::string> data = {file.string(),   "--input",    "2",       "--output",        "3",
+                                         "--sample-time", "1",          "--train", "0:3000",          "--test",
+                                         "3000:",         "--warmup",   "50",      "--initial-state", "estimated",
+                                         "--json",        "result.json"};
   std::vector<std::string> bla = {"bla"};
   bla.insert(bla.end(), data.begin(), data.end());
   bla.insert(bla.end(), {"--orders", "2,2"});

@@ -103,7 +103,7 @@ ProgramRun RunningProgram::wait() {
 }
 
 ProgramRun run_program(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                const std::vector<std::string>& environment) {
+                       const std::vector<std::string>& environment) {
   return RunningProgram(arguments, folder, environment).wait();
 }
 

@@ -40,13 +40,13 @@ class RunningProgram {
 };
 
 ProgramRun run_program(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                const std::vector<std::string>& environment = {});
+                       const std::vector<std::string>& environment = {});
 
 /// The JSON file.
 nlohmann::json json_file(const std::filesystem::path& path);
 
-/// A record of the synthetic Wiener-Hammerstein problem as CSV with the columns "u" and "y", 1 kHz. Returns the standard
-/// deviation of its noise.
+/// A record of the synthetic Wiener-Hammerstein problem as CSV with the columns "u" and "y", 1 kHz. Returns the
+/// standard deviation of its noise.
 double write_synthetic_csv(const std::filesystem::path& path, long samples);
 
 /// The chain of that problem.

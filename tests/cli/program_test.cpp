@@ -33,9 +33,10 @@ class Program : public ::testing::Test {
   }
 
   static Arguments fit_arguments(const Arguments& more = {}) {
-    Arguments arguments = {"fit",     "data.csv", "--input",  "u",         "--output", "y",       "--rate",
-                           "1000",    "--train",  "0:4000",   "--test",    "4000:",    "--warmup", "100",
-                           "--model", kSyntheticChain, "--threads", "1", "-o", "model.json", "--json", "result.json"};
+    Arguments arguments = {"fit",        "data.csv",      "--input",   "u",      "--output", "y",          "--rate",
+                           "1000",       "--train",       "0:4000",    "--test", "4000:",    "--warmup",   "100",
+                           "--model",    kSyntheticChain, "--threads", "1",      "-o",       "model.json", "--json",
+                           "result.json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
@@ -75,7 +76,7 @@ TEST_F(Program, FitRecoversTheSyntheticSystem) {
   std::map<std::string, json> parameters;
   for (const json& entry : r["parameter_table"]) parameters[entry["name"]] = entry;
   // The truth: G1 has the poles 0.7 and 0.5 +- 0.6i, G2 0.8 and 0.6 +- 0.3i.
-  const std::map<std::string, double> truth = {{"G1.a1", -1.7}, {"G1.a2", 1.31},  {"G1.a3", -0.427},
+  const std::map<std::string, double> truth = {{"G1.a1", -1.7}, {"G1.a2", 1.31}, {"G1.a3", -0.427},
                                                {"G2.a1", -2.0}, {"G2.a2", 1.41}, {"G2.a3", -0.36}};
   for (const auto& [name, value] : truth) {
     const double deviation = parameters.at(name)["standard_deviation"];
@@ -104,8 +105,8 @@ TEST_F(Program, SameArgumentsGiveTheSameModel) {
 
 TEST_F(Program, SimulationOfTheSavedModelHasTheFitsMetricsBitForBit) {
   ASSERT_EQ(run(fit_arguments()).code, 0);
-  const ProgramRun simulation = run({"simulate", "model.json", "data.csv", "--input", "u", "--output", "y", "--range", "4000:",
-                              "--warmup", "100", "-o", "yhat.csv", "--json", "simulation.json"});
+  const ProgramRun simulation = run({"simulate", "model.json", "data.csv", "--input", "u", "--output", "y", "--range",
+                                     "4000:", "--warmup", "100", "-o", "yhat.csv", "--json", "simulation.json"});
   ASSERT_EQ(simulation.code, 0) << simulation.err;
   const json metrics = result("simulation.json")["metrics"];
   const json test = result()["test"];
@@ -142,9 +143,10 @@ TEST_F(Program, NoTestRangeNoTestBlock) {
 }
 
 TEST_F(Program, SeveralRangesAreRecordsOfTheirOwn) {
-  const ProgramRun fit = run({"fit", "data.csv", "--input", "1", "--output", "2", "--sample-time", "1e-3", "--train", "0:2000",
-                       "--train", "2000:4000", "--test", "4000:5000", "--test", "5000:6000", "--warmup", "100",
-                       "--model", kSyntheticChain, "--json", "result.json"});
+  const ProgramRun fit = run({"fit",           "data.csv",      "--input", "1",          "--output", "2",
+                              "--sample-time", "1e-3",          "--train", "0:2000",     "--train",  "2000:4000",
+                              "--test",        "4000:5000",     "--test",  "5000:6000",  "--warmup", "100",
+                              "--model",       kSyntheticChain, "--json",  "result.json"});
   ASSERT_EQ(fit.code, 0) << fit.err;
   EXPECT_EQ(result()["train"]["samples"], 3800);
   EXPECT_EQ(result()["train"]["ranges"], json::array({"0:2000", "2000:4000"}));
@@ -154,8 +156,8 @@ TEST_F(Program, SeveralRangesAreRecordsOfTheirOwn) {
 }
 
 TEST_F(Program, OverlapOfTrainingAndTestIsSaid) {
-  const ProgramRun fit = run({"fit", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--test", "4000:",
-                       "--warmup", "100", "--model", kSyntheticChain, "--json", "result.json"});
+  const ProgramRun fit = run({"fit", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--test",
+                              "4000:", "--warmup", "100", "--model", kSyntheticChain, "--json", "result.json"});
   ASSERT_EQ(fit.code, 0) << fit.err;
   EXPECT_THAT(fit.out, HasSubstr("overlap"));
   EXPECT_THAT(result()["warnings"].dump(), HasSubstr("overlap"));
@@ -164,8 +166,8 @@ TEST_F(Program, OverlapOfTrainingAndTestIsSaid) {
 TEST_F(Program, FitGoesOnFromASavedModel) {
   ASSERT_EQ(run(fit_arguments()).code, 0);
   const double before = result()["train"]["rmse"];
-  const ProgramRun again = run({"fit", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--train", "0:4000",
-                         "--warmup", "100", "--init", "model.json", "--json", "again.json"});
+  const ProgramRun again = run({"fit", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--train",
+                                "0:4000", "--warmup", "100", "--init", "model.json", "--json", "again.json"});
   ASSERT_EQ(again.code, 0) << again.err;
   EXPECT_NEAR(result("again.json")["train"]["rmse"].get<double>(), before, 1e-6 * before);
   EXPECT_EQ(result("again.json")["candidates"].size(), 1u);
@@ -174,7 +176,7 @@ TEST_F(Program, FitGoesOnFromASavedModel) {
 
 TEST_F(Program, NoInitialiserStartsAtTheBlocksOwnParameters) {
   const ProgramRun fit = run({"fit", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--model",
-                       "f=polynomial(degree=3)", "--init", "none", "--json", "result.json"});
+                              "f=polynomial(degree=3)", "--init", "none", "--json", "result.json"});
   ASSERT_EQ(fit.code, 0) << fit.err;
   EXPECT_EQ(result()["candidates"].size(), 1u);
   EXPECT_EQ(result()["init"], "none");
@@ -183,8 +185,8 @@ TEST_F(Program, NoInitialiserStartsAtTheBlocksOwnParameters) {
 
 TEST_F(Program, EstimatedInitialStateIsSaidAndHelps) {
   // Without a warm-up the start in mid-record costs a model at rest more than one whose state is estimated.
-  const Arguments common = {"fit",    "data.csv", "--input", "u",         "--output",      "y",      "--rate", "1000",
-                            "--train", "1000:3000", "--test",  "3000:3200", "--model", kSyntheticChain};
+  const Arguments common = {"fit",  "data.csv", "--input",   "u",      "--output",  "y",       "--rate",
+                            "1000", "--train",  "1000:3000", "--test", "3000:3200", "--model", kSyntheticChain};
   Arguments rest = common;
   rest.insert(rest.end(), {"--json", "rest.json"});
   Arguments estimated = common;
@@ -198,7 +200,7 @@ TEST_F(Program, EstimatedInitialStateIsSaidAndHelps) {
 
   // The saved state belongs to the beginning of the training record.
   const ProgramRun simulation = run({"simulate", "model.json", "data.csv", "--input", "u", "--output", "y", "--range",
-                              "1000:3000", "--initial-state", "model", "--json", "simulation.json"});
+                                     "1000:3000", "--initial-state", "model", "--json", "simulation.json"});
   ASSERT_EQ(simulation.code, 0) << simulation.err;
   EXPECT_EQ(result("simulation.json")["metrics"]["rmse"], result("estimated.json")["train"]["rmse"]);
 }
@@ -213,8 +215,9 @@ TEST_F(Program, FrozenParametersKeepTheirValues) {
     frozen = entry["value"];
   }
   blockid::write_file_atomically(folder_ / "moved.json", model.dump());
-  const ProgramRun fit = run({"fit", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--warmup", "100", "--init",
-                       "moved.json", "--freeze", "G2.a1,G2.a2", "--freeze", "G2.a3", "--json", "result.json"});
+  const ProgramRun fit =
+      run({"fit", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--warmup", "100", "--init",
+           "moved.json", "--freeze", "G2.a1,G2.a2", "--freeze", "G2.a3", "--json", "result.json"});
   ASSERT_EQ(fit.code, 0) << fit.err;
   EXPECT_EQ(result()["parameters"], 15);
   for (const json& entry : result()["parameter_table"]) {
@@ -231,9 +234,9 @@ TEST_F(Program, MissingOutputsAreAllowedOnRequest) {
     text += std::to_string(table.values(t, 0)) + "," + (t % 50 == 7 ? "" : std::to_string(table.values(t, 1))) + "\n";
   }
   blockid::write_file_atomically(folder_ / "gaps.csv", text);
-  Arguments arguments = {"fit",      "gaps.csv", "--input",  "u",   "--output", "y",
-                         "--rate",   "1000",     "--warmup", "100", "--model",  kSyntheticChain,
-                         "--report", "report.html", "--json", "result.json"};
+  Arguments arguments = {"fit",      "gaps.csv",    "--input",  "u",          "--output", "y",
+                         "--rate",   "1000",        "--warmup", "100",        "--model",  kSyntheticChain,
+                         "--report", "report.html", "--json",   "result.json"};
   const ProgramRun refused = run(arguments);
   EXPECT_EQ(refused.code, 1);
   EXPECT_THAT(refused.err, HasSubstr("gaps.csv:9"));
@@ -250,7 +253,8 @@ TEST_F(Program, QuietSaysNothing) {
   EXPECT_EQ(fit.out, "");
   EXPECT_EQ(fit.err, "");
   EXPECT_EQ(result()["status"], "converged");
-  const ProgramRun bla = run({"bla", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--max-order", "2", "--quiet"});
+  const ProgramRun bla =
+      run({"bla", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--max-order", "2", "--quiet"});
   EXPECT_EQ(bla.code, 0);
   EXPECT_EQ(bla.out + bla.err, "");
 }
@@ -329,9 +333,9 @@ TEST_F(Program, BlaFindsALinearSystem) {
     y1 = y;
   }
   blockid::write_csv(folder_ / "linear.csv", table);
-  const ProgramRun bla = run({"bla", "linear.csv", "--input", "u", "--output", "y", "--rate", "1000", "--train", "0:4000",
-                       "--test", "4000:", "--warmup", "50", "--orders", "1,2", "--json", "bla.json", "--report",
-                       "bla.html"});
+  const ProgramRun bla =
+      run({"bla",    "linear.csv", "--input",  "u",  "--output", "y",   "--rate", "1000",     "--train",  "0:4000",
+           "--test", "4000:",      "--warmup", "50", "--orders", "1,2", "--json", "bla.json", "--report", "bla.html"});
   ASSERT_EQ(bla.code, 0) << bla.err;
   const json r = result("bla.json");
   ASSERT_EQ(r["poles"].size(), 2u);
@@ -349,8 +353,8 @@ TEST_F(Program, BlaFindsALinearSystem) {
 }
 
 TEST_F(Program, BlaChoosesFromTheOrderTable) {
-  const Arguments common = {"bla", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--warmup", "50",
-                            "--max-order", "3", "--max-delay", "1", "--json", "bla.json"};
+  const Arguments common = {"bla",      "data.csv", "--input",     "u", "--output",    "y", "--rate", "1000",
+                            "--warmup", "50",       "--max-order", "3", "--max-delay", "1", "--json", "bla.json"};
   const ProgramRun bic = run(common);
   ASSERT_EQ(bic.code, 0) << bic.err;
   json r = result("bla.json");

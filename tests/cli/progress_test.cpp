@@ -11,7 +11,8 @@ TEST(Progress, LineSaysStageStepsAndError) {
   const Progress progress{"splits", 12, 48, 0.00125, 2.34};
   EXPECT_EQ(progress_line(progress, "V", false), "2.3 s  splits  12/48  RMSE 0.00125 V");
   EXPECT_EQ(progress_line(progress, "", true), "2.3 s  splits  [#####...............]  12/48  RMSE 0.00125");
-  EXPECT_EQ(progress_line({"search", 7, 0, std::numeric_limits<double>::infinity(), 0.0}, "", true), "0.0 s  search  7");
+  EXPECT_EQ(progress_line({"search", 7, 0, std::numeric_limits<double>::infinity(), 0.0}, "", true),
+            "0.0 s  search  7");
   EXPECT_THAT(progress_line({"beyond", 9, 3, 1.0, 0.0}, "", true), HasSubstr("[####################]"));
 }
 

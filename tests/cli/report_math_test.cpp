@@ -37,8 +37,8 @@ TEST(Correlation, MaskedSamplesTakeNoPart) {
   // The masked sample may be anything, even NaN; the mean is that of the others.
   VectorXd x = vector({1, std::nan(""), 3, 2});
   const VectorXd r = autocorrelation(x, vector({1, 0, 1, 1}), 3);
-  EXPECT_DOUBLE_EQ(r[1], 0.0);          // only 1 * 0 between the third and fourth
-  EXPECT_DOUBLE_EQ(r[2], -1.0 / 2.0);   // first and third
+  EXPECT_DOUBLE_EQ(r[1], 0.0);         // only 1 * 0 between the third and fourth
+  EXPECT_DOUBLE_EQ(r[2], -1.0 / 2.0);  // first and third
   EXPECT_DOUBLE_EQ(r[3], 0.0);
 }
 
@@ -159,8 +159,8 @@ TEST(BodeBand, AgreesWithMonteCarlo) {
 }
 
 TEST(BodeBand, OfTheDelayIsItsPhase) {
-  const BodeBand band = bode_band(Rational(0, 0, 3), vector({2.0}), MatrixXd(), VectorXd::LinSpaced(10, 50.0, 500.0),
-                                  1e-3);
+  const BodeBand band =
+      bode_band(Rational(0, 0, 3), vector({2.0}), MatrixXd(), VectorXd::LinSpaced(10, 50.0, 500.0), 1e-3);
   EXPECT_NEAR(band.magnitude_db[1], 20.0 * std::log10(2.0), 1e-12);
   EXPECT_NEAR(band.phase_deg[1], -108.0, 1e-9);
   EXPECT_NEAR(band.phase_deg[9], -540.0, 1e-9) << "unwrapped";

@@ -66,9 +66,10 @@ TEST(Gnuplot, PicturesFitIntoAPage) {
       "<desc>made</desc>\n<path id='gpDot' d='M0'/><use xlink:href='#gpDot'/><g fill=\"url(#grey)\" "
       "id=\"plot_1\"/></svg>",
       "pic");
-  EXPECT_EQ(svg,
-            "<svg viewBox=\"0 0 9 9\">\n<path id='pic-gpDot' d='M0'/><use href='#pic-gpDot'/><g fill=\"url(#pic-grey)\" "
-            "id=\"pic-plot_1\"/></svg>");
+  EXPECT_EQ(
+      svg,
+      "<svg viewBox=\"0 0 9 9\">\n<path id='pic-gpDot' d='M0'/><use href='#pic-gpDot'/><g fill=\"url(#pic-grey)\" "
+      "id=\"pic-plot_1\"/></svg>");
   EXPECT_THROW(inline_svg("nothing", "pic"), blockid::Error);
 }
 
