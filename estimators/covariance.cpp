@@ -4,6 +4,7 @@
 #include <blockid/estimators/detail/unknowns.hpp>
 #include <blockid/estimators/refit.hpp>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +14,40 @@ namespace {
 
 /// Weight in an undetermined direction from which a parameter is named, relative to the largest.
 constexpr double kNamedShare = 0.1;
+
+/// Singular value of the scaled J below which its direction counts as undetermined, relative to the largest.
+constexpr double kRankTolerance = 1e-10;
+
+/// Pseudo-inverse of J'J from R with R'R = J'J, by singular values of R after scaling its columns: the condition number
+/// is not squared, as it would be by J'J.
+struct TriangleInverse {
+  PseudoInverse inverse;
+  /// L with L L' = inverse.matrix.
+  Eigen::MatrixXd root;
+  /// Norms of the columns.
+  Eigen::VectorXd scale;
+};
+
+TriangleInverse inverse_of(const Eigen::MatrixXd& triangle) {
+  TriangleInverse result;
+  const Index n = triangle.cols();
+  result.scale = triangle.colwise().norm();
+  result.root = Eigen::MatrixXd::Zero(n, n);
+  result.inverse.matrix = Eigen::MatrixXd::Zero(n, n);
+  if (n == 0) return result;
+  const Eigen::VectorXd unscale = result.scale.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 1.0; });
+  const Eigen::MatrixXd scaled = triangle * unscale.asDiagonal();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd& values = svd.singularValues();
+  result.inverse.rank = (values.array() > kRankTolerance * values[0]).count();
+  const Index rank = result.inverse.rank;
+  result.inverse.condition = rank == n ? values[0] / values[n - 1] : std::numeric_limits<double>::infinity();
+  result.root.leftCols(rank) =
+      unscale.asDiagonal() * svd.matrixV().leftCols(rank) * values.head(rank).cwiseInverse().asDiagonal();
+  result.inverse.matrix = result.root * result.root.transpose();
+  result.inverse.null_space = unscale.asDiagonal() * svd.matrixV().rightCols(n - rank);
+  return result;
+}
 
 std::vector<std::string> undetermined_names(const Model& model, const PseudoInverse& inverse,
                                             const Eigen::VectorXd& scale, const std::vector<Index>& free) {
@@ -43,30 +78,30 @@ Covariance covariance(const Model& model, const DataSet& data, const CovarianceO
 
   Covariance result;
   result.free_count = static_cast<Index>(free.size());
-  NormalEquations sums(predictor.unknown_count() + 1);
+  QrTriangle sums(predictor.unknown_count() + 1);
   if (!predictor.accumulate(p, sums)) {
     result.parameters = Eigen::MatrixXd::Constant(parameters, parameters, std::numeric_limits<double>::quiet_NaN());
     result.standard_deviations = result.parameters.diagonal();
     return result;
   }
-  const Eigen::MatrixXd gram = sums.gram();
-  const Eigen::MatrixXd normal = gram(free, free);
-  const PseudoInverse inverse = scaled_pseudo_inverse(normal);
-  result.rank = inverse.rank;
-  result.condition = inverse.condition;
-  const Index degrees_of_freedom = std::max<Index>(predictor.counted_samples() - inverse.rank, 1);
-  result.noise_variance = gram(gram.rows() - 1, gram.cols() - 1) / static_cast<double>(degrees_of_freedom);
+  const Eigen::MatrixXd& triangle = sums.triangle();
+  const TriangleInverse solved = inverse_of(triangle(Eigen::all, free));
+  result.rank = solved.inverse.rank;
+  result.condition = solved.inverse.condition;
+  const Index degrees_of_freedom = std::max<Index>(predictor.counted_samples() - result.rank, 1);
+  result.noise_variance = triangle.rightCols(1).squaredNorm() / static_cast<double>(degrees_of_freedom);
 
-  Eigen::MatrixXd of_free = result.noise_variance * inverse.matrix;
+  Eigen::MatrixXd of_free = result.noise_variance * solved.inverse.matrix;
   if (options.robust) {
     const Eigen::MatrixXd scores = predictor.score_batches(p, options.batch)(Eigen::all, free);
-    of_free = inverse.matrix * (scores.transpose() * scores) * inverse.matrix;
+    const Eigen::MatrixXd root = solved.root * (scores * solved.root).transpose();
+    of_free = root * root.transpose();
   }
   Eigen::MatrixXd of_all = Eigen::MatrixXd::Zero(predictor.unknown_count(), predictor.unknown_count());
   of_all(free, free) = of_free;
   result.parameters = of_all.topLeftCorner(parameters, parameters);
   result.standard_deviations = result.parameters.diagonal().cwiseMax(0.0).cwiseSqrt();
-  result.undetermined = undetermined_names(model, inverse, normal.diagonal().cwiseSqrt(), free);
+  result.undetermined = undetermined_names(model, solved.inverse, solved.scale, free);
   return result;
 }
 

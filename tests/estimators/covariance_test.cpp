@@ -108,6 +108,53 @@ TEST_F(CovarianceTest, InvariantWhereParametersChangeTheirUnits) {
   }
 }
 
+TEST(Covariance, SurvivesAConditionThatItsSquareDoesNot) {
+  // Five poles of one kind: single coefficients are badly known, the gain at low frequencies is known well.
+  Model model = make_model(parse("G=rational(nb=4,na=5)"));
+  Eigen::VectorXd a = Eigen::VectorXd::Ones(1);
+  for (const double pole : {0.4, 0.6, 0.75, 0.85, 0.9}) {
+    Eigen::VectorXd next = Eigen::VectorXd::Zero(a.size() + 1);
+    next.head(a.size()) = a;
+    next.tail(a.size()) -= pole * a;
+    a = next;
+  }
+  model.parameters << 0.01, -0.02, 0.03, -0.01, 0.02, a.tail(5);
+  const DataSet data = testing::simulated_record(model, 4000, 0.1, 5);
+  CovarianceOptions options;
+  options.prediction.warmup = 10;
+  options.hold_gauges = false;
+  options.batch = 100;
+
+  const Dense dense = dense_residuals(model.chain, data, options.prediction, model.parameters);
+  const Eigen::VectorXd scale = dense.jacobian.colwise().norm();
+  const Eigen::MatrixXd scaled = dense.jacobian * scale.cwiseInverse().asDiagonal();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd values = svd.singularValues();
+  ASSERT_GT(values[0] / values[9], 1e5) << "condition";
+  ASSERT_LT(values[0] / values[9], 2e7) << "condition";
+
+  // Derivatives of the gain G(1) = b(1) / a(1), and its variance from the factors of J.
+  const double below = a.sum();
+  const double gain = model.parameters.head(5).sum() / below;
+  Eigen::VectorXd slope(10);
+  slope << Eigen::VectorXd::Constant(5, 1.0 / below), Eigen::VectorXd::Constant(5, -gain / below);
+  const Eigen::VectorXd z =
+      values.cwiseInverse().asDiagonal() * (svd.matrixV().transpose() * (slope.array() / scale.array()).matrix());
+  const double plain = z.squaredNorm() * dense.r.squaredNorm() / (3990.0 - 10.0);
+  const Eigen::VectorXd weights = svd.matrixU() * z;
+  double robust = 0.0;
+  for (Index begin = 0; begin < 4000; begin += 100) {
+    const double score = weights.segment(begin, 100).dot(dense.r.segment(begin, 100));
+    robust += score * score;
+  }
+
+  const Covariance result = covariance(model, data, options);
+  EXPECT_EQ(result.rank, 10);
+  EXPECT_NEAR(slope.dot(result.parameters * slope) / plain, 1.0, 1e-3);
+  options.robust = true;
+  EXPECT_NEAR(slope.dot(covariance(model, data, options).parameters * slope) / robust, 1.0, 1e-3);
+}
+
 TEST_F(CovarianceTest, NotFinitePredictionsGiveNoNumbers) {
   model_.parameters[3] = -40.0;
   const Covariance result = covariance(model_, data_, options_);
