@@ -75,6 +75,20 @@ std::string x_range(const VectorXd& x) {
   return "set xrange [" + number(x[0], 10) + ":" + number(x[x.size() - 1], 10) + "]\n";
 }
 
+/// The phase in degrees of `measured`, moved by whole turns to where the model's is.
+VectorXd phase_beside(const BodeBand& measured, const BodeBand& model) {
+  constexpr double kTurn = 360.0;
+  VectorXd phase = measured.phase_deg;
+  Index nearest = 0;
+  for (Index k = 0; k < phase.size(); ++k) {
+    while (nearest + 1 < model.frequency_hz.size() && model.frequency_hz[nearest + 1] <= measured.frequency_hz[k]) {
+      ++nearest;
+    }
+    phase[k] += kTurn * std::round((model.phase_deg[nearest] - phase[k]) / kTurn);
+  }
+  return phase;
+}
+
 /// Largest magnitude at which roots are drawn; farther ones would leave no room for the circle.
 constexpr double kMapRadius = 3.0;
 
@@ -190,7 +204,8 @@ Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand
         " Points: averaged cross spectrum over input spectrum, no model involved, where the coherence is above 0.7.";
   std::string script = kStyles + data_block("d", {band.frequency_hz, band.magnitude_db, low_db, high_db, band.phase_deg,
                                                   low_deg, high_deg});
-  if (has_points) script += data_block("m", {measured.frequency_hz, measured.magnitude_db, measured.phase_deg});
+  if (has_points)
+    script += data_block("m", {measured.frequency_hz, measured.magnitude_db, phase_beside(measured, band)});
   const auto panel = [&](int column) {
     const std::string c = std::to_string(column);
     const std::string low = std::to_string(column + 1);
@@ -343,9 +358,7 @@ BodeBand measured_response(const Record& record) {
     const std::complex<double> g = cross.cross_density[k] / cross.input_density[k];
     frequency.push_back(cross.frequency_hz[k]);
     magnitude.push_back(20.0 * std::log10(std::abs(g)));
-    double angle = kDegrees * std::arg(g);
-    if (!phase.empty()) angle += 360.0 * std::round((phase.back() - angle) / 360.0);
-    phase.push_back(angle);
+    phase.push_back(kDegrees * std::arg(g));
   }
   const auto vector = [](const std::vector<double>& v) {
     return VectorXd(Eigen::Map<const VectorXd>(v.data(), static_cast<Index>(v.size())));

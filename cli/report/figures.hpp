@@ -43,8 +43,8 @@ Figure cross_correlation_figure(const ScoredRecord& scored, const std::string& s
 /// Spectra of measured output and error.
 Figure spectrum_figure(const ScoredRecord& scored, const std::string& set);
 
-/// The frequency response that the record itself shows, S_yu / S_uu by averaged periodograms, where the input has
-/// power.
+/// The frequency response that the record itself shows, S_yu / S_uu by averaged periodograms, where the coherence is
+/// high; its phase lies within (-180, 180] degrees.
 BodeBand measured_response(const Record& record);
 
 /// Draws the figure and puts it on the page; says why when there is no gnuplot.

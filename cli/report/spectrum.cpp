@@ -18,21 +18,24 @@ using Eigen::VectorXd;
 class Segments {
  public:
   Segments(Index samples, Index segment)
-      : length_(std::max<Index>(2, std::min(segment, samples) / 2 * 2)), samples_(samples), window_(length_) {
+      : hop_(std::max<Index>(1, std::min(segment, samples) / 2)),
+        length_(2 * hop_),
+        samples_(samples),
+        window_(length_) {
     for (Index t = 0; t < length_; ++t) {
       const double turn = static_cast<double>(t) / static_cast<double>(length_);
       window_[t] = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * turn);
     }
   }
 
-  Index bins() const { return length_ / 2 + 1; }
-  Index count() const { return samples_ < length_ ? 0 : (samples_ - length_) / (length_ / 2) + 1; }
+  Index bins() const { return hop_ + 1; }
+  Index count() const { return samples_ < length_ ? 0 : (samples_ - length_) / std::max<Index>(1, hop_) + 1; }
 
   /// (bins,) transform of segment k of x - mean.
   VectorXcd transform(const VectorXd& x, double mean, Index k) {
     std::vector<double> part(static_cast<std::size_t>(length_));
     for (Index t = 0; t < length_; ++t) {
-      part[static_cast<std::size_t>(t)] = window_[t] * (x[k * (length_ / 2) + t] - mean);
+      part[static_cast<std::size_t>(t)] = window_[t] * (x[k * hop_ + t] - mean);
     }
     std::vector<std::complex<double>> transformed;
     fft_.fwd(transformed, part);
@@ -53,6 +56,7 @@ class Segments {
   }
 
  private:
+  Index hop_;
   Index length_;
   Index samples_;
   VectorXd window_;

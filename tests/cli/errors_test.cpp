@@ -6,6 +6,14 @@
 
 #include <unistd.h>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
 namespace {
 
 using blockid::testing::kSyntheticChain;

@@ -4,6 +4,9 @@
 
 #include <csignal>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
 namespace {
 
 using blockid::testing::json_file;

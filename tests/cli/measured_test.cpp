@@ -3,6 +3,13 @@
 #include "support/data_dir.hpp"
 #include "support/temp_dir.hpp"
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
 namespace {
 
 using blockid::testing::json_file;

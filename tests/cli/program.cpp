@@ -14,6 +14,11 @@
 #include <stdexcept>
 #include <thread>
 
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
 namespace blockid::testing {
 namespace {
 

@@ -6,6 +6,20 @@
 #include <blockid/data/csv.hpp>
 #include <blockid/data/metrics.hpp>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <filesystem>
+#include <map>
+#include <numbers>
+#include <set>
+#include <string>
+#include <vector>
+
 namespace {
 
 using blockid::testing::json_file;

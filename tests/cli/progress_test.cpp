@@ -1,6 +1,14 @@
 // The progress display, its lines and its silence.
 #include <blockid/cli/progress_display.hpp>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <sstream>
+#include <string>
+
 namespace {
 
 using namespace blockid;

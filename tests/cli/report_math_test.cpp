@@ -11,6 +11,18 @@
 #include <blockid/cli/report/spectrum.hpp>
 #include <blockid/problems/gaussian.hpp>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <complex>
+#include <initializer_list>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
 namespace {
 
 using namespace blockid;

@@ -8,6 +8,15 @@
 
 #include "support/temp_dir.hpp"
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+
 namespace {
 
 using namespace blockid::cli;
