@@ -124,10 +124,13 @@ void warn_of_extrapolation(const FitOutcome& outcome, std::vector<std::string>& 
 }
 
 std::vector<Index> held_parameters(const Model& model, const std::vector<std::string>& frozen) {
-  std::vector<Index> held = gain_gauges(model.chain, model.parameters);
+  std::vector<Index> held;
   for (const std::string& name : frozen) held.push_back(parameter_index(model, name));
   std::sort(held.begin(), held.end());
   held.erase(std::unique(held.begin(), held.end()), held.end());
+  const std::vector<Index> gauges = gain_gauges(model.chain, model.parameters, held);
+  held.insert(held.end(), gauges.begin(), gauges.end());
+  std::sort(held.begin(), held.end());
   return held;
 }
 

@@ -40,8 +40,8 @@ ScaledEigen decompose(const Eigen::MatrixXd& a, double rank_tolerance) {
   for (Index k = 0; k < n; ++k) {
     if (result.values[k] > result.threshold) ++result.rank;
   }
-  result.condition = result.rank == n && n > 0 ? std::sqrt(largest / result.values[0])
-                                               : std::numeric_limits<double>::infinity();
+  result.condition =
+      result.rank == n && n > 0 ? std::sqrt(largest / result.values[0]) : std::numeric_limits<double>::infinity();
   return result;
 }
 
@@ -111,8 +111,7 @@ LinearSolution solve_least_squares(const Eigen::MatrixXd& gram, double rank_tole
   solution.x = Eigen::VectorXd::Zero(n);
   double explained = 0.0;
   if (n > 0) {
-    Eigen::VectorXd rotated =
-        eigen.vectors.transpose() * (gram.col(n).head(n).array() / eigen.scale.array()).matrix();
+    Eigen::VectorXd rotated = eigen.vectors.transpose() * (gram.col(n).head(n).array() / eigen.scale.array()).matrix();
     for (Index k = 0; k < n; ++k) {
       if (eigen.values[k] > eigen.threshold) {
         explained += rotated[k] * rotated[k] / eigen.values[k];
@@ -139,8 +138,8 @@ PseudoInverse scaled_pseudo_inverse(const Eigen::MatrixXd& normal_matrix, double
     if (eigen.values[k] > eigen.threshold) inverse[k] = 1.0 / eigen.values[k];
   }
   const Eigen::VectorXd unscale = eigen.scale.cwiseInverse();
-  result.matrix = unscale.asDiagonal() * (eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose()) *
-                  unscale.asDiagonal();
+  result.matrix =
+      unscale.asDiagonal() * (eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose()) * unscale.asDiagonal();
   result.null_space = unscale.asDiagonal() * eigen.vectors.leftCols(n - eigen.rank);
   return result;
 }

@@ -37,7 +37,8 @@ class NormalEquations {
   std::vector<double> sums_;
 };
 
-/// The triangle R of a QR factorisation of all rows, updated tile by tile: R'R = G without squaring the condition number.
+/// The triangle R of a QR factorisation of all rows, updated tile by tile: R'R = G without squaring the condition
+/// number.
 class QrTriangle {
  public:
   explicit QrTriangle(Index columns);
@@ -71,8 +72,8 @@ struct LinearSolution {
 /// Relative size of an eigenvalue of the scaled J'J below which its direction counts as undetermined.
 inline constexpr double kGramRankTolerance = 1e-13;
 
-/// argmin_x |r - J x|^2 from G = [J r]'[J r], (P+1, P+1): columns scaled to unit norm, eigenvalues of the scaled J'J below
-/// `rank_tolerance` times the largest left out.
+/// argmin_x |r - J x|^2 from G = [J r]'[J r], (P+1, P+1): columns scaled to unit norm, eigenvalues of the scaled J'J
+/// below `rank_tolerance` times the largest left out.
 LinearSolution solve_least_squares(const Eigen::MatrixXd& gram, double rank_tolerance = kGramRankTolerance);
 
 /// M, (P, P) with M M = pseudo-inverse of J'J and its rank: the covariance of the parameters up to the noise variance.

@@ -145,12 +145,22 @@ void continue_trial(Trial& trial, const Model& start, const DataSet& data, const
   trial.refit.initial_states = std::move(report.initial_states);
 }
 
+/// Whether a frozen parameter belongs to what least squares would refill after a move of the knots.
+bool freezes_static_block(const Model& model, const std::vector<std::string>& frozen) {
+  const std::vector<Index> affine = affine_parameters(model.chain);
+  return std::any_of(frozen.begin(), frozen.end(), [&](const std::string& name) {
+    return std::binary_search(affine.begin(), affine.end(), parameter_index(model, name));
+  });
+}
+
 /// Final round: knots in step with the signal, then Levenberg-Marquardt to the end.
 void final_round(Trial& trial, std::size_t place, const AnyBlock& chain, const DataSet& data, const FitOptions& options,
                  SharedProgress& progress) {
   const std::string stage = "finalist " + std::to_string(place + 1);
   const auto iterations_left = [&] { return std::max(options.refit.max_iterations - trial.refit.iterations, 0); };
-  for (int round = 0; round < options.knot_rounds && !progress.cancelled() && iterations_left() > 0; ++round) {
+  const bool frozen_shape = freezes_static_block(trial.refit.model, options.refit.frozen);
+  for (int round = 0; !frozen_shape && round < options.knot_rounds && !progress.cancelled() && iterations_left() > 0;
+       ++round) {
     const Model moved = with_knots_moved(trial.refit.model, chain, data, options.refit.prediction);
     const bool same = moved.chain.parameter_count() == trial.refit.model.chain.parameter_count() &&
                       moved.parameters == trial.refit.model.parameters;
@@ -165,7 +175,8 @@ void final_round(Trial& trial, std::size_t place, const AnyBlock& chain, const D
 /// Gains by convention, and the covariance in those coordinates.
 void finish(FitResult& result, const DataSet& data, const FitOptions& options) {
   RefitReport& report = result.report;
-  if (options.refit.hold_gauges) {
+  // Another gain would change what the caller froze.
+  if (options.refit.hold_gauges && options.refit.frozen.empty()) {
     Model with_state = report.model;
     report.model = normalise(report.model);
     for (Eigen::VectorXd& state : report.initial_states) {

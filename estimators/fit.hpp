@@ -36,7 +36,7 @@ struct Trial {
 };
 
 struct FitResult {
-  /// The best model, normalised, with standard deviations.
+  /// The best model with standard deviations; normalised unless parameters were frozen.
   Model model;
   RefitReport report;
   /// Refitted trials first, best first; then the others in the initialiser's order.

@@ -68,14 +68,40 @@ std::optional<Absorber> absorber_of(const std::vector<Link>& row, std::size_t po
   return std::nullopt;
 }
 
-void collect(const AnyBlock& block, const Eigen::VectorXd& theta, Index base, std::vector<Index>& held) {
+/// Whether a frozen parameter of the block changes with the gain at its output; `first` is the block's place in theta.
+bool freezes_output_gain(const Link& link, Index first, const std::vector<Index>& frozen) {
+  const std::optional<Rescaled> doubled = link.block.with_scaled_output(view(link.theta), 2.0);
+  return doubled && std::any_of(frozen.begin(), frozen.end(), [&](Index k) {
+           const Index own = k - first;
+           return own >= 0 && own < link.theta.size() && doubled->parameters[own] != link.theta[own];
+         });
+}
+
+/// Whether a frozen parameter of the block keeps it from taking up a gain at its input.
+bool freezes_input_gain(const Link& link, Index first, const std::vector<Index>& frozen) {
+  return std::any_of(frozen.begin(), frozen.end(),
+                     [&](Index k) { return k >= first && k < first + link.theta.size(); });
+}
+
+bool is_fixed(const std::vector<Link>& row, std::size_t giver, const Absorber& absorber, Index base,
+              const std::vector<Index>& frozen) {
+  if (freezes_output_gain(row[giver], base + row[giver].offset, frozen)) return true;
+  const Link& taker = row[absorber.position];
+  const Index first = base + taker.offset;
+  return absorber.side == Side::input ? freezes_input_gain(taker, first, frozen)
+                                      : freezes_output_gain(taker, first, frozen);
+}
+
+void collect(const AnyBlock& block, const Eigen::VectorXd& theta, Index base, const std::vector<Index>& frozen,
+             std::vector<Index>& held) {
   const bool is_row = block.target<Series>() != nullptr;
   const std::vector<Link> row = links(block, theta, Eigen::VectorXd::Zero(block.state_count()));
   for (std::size_t k = 0; k < row.size(); ++k) {
-    if (is_row && has_gain(row[k]) && absorber_of(row, k)) {
+    const std::optional<Absorber> absorber = is_row && has_gain(row[k]) ? absorber_of(row, k) : std::nullopt;
+    if (absorber && !is_fixed(row, k, *absorber, base, frozen)) {
       held.push_back(base + row[k].offset + *row[k].block.gain_parameter(view(row[k].theta)));
     }
-    collect(row[k].block, row[k].theta, base + row[k].offset, held);
+    collect(row[k].block, row[k].theta, base + row[k].offset, frozen, held);
   }
 }
 
@@ -142,9 +168,9 @@ Normalised normalise_block(const AnyBlock& block, const Eigen::VectorXd& theta, 
 
 }  // namespace
 
-std::vector<Index> gain_gauges(const AnyBlock& chain, const Eigen::VectorXd& theta) {
+std::vector<Index> gain_gauges(const AnyBlock& chain, const Eigen::VectorXd& theta, const std::vector<Index>& frozen) {
   std::vector<Index> held;
-  collect(chain, theta, 0, held);
+  collect(chain, theta, 0, frozen, held);
   std::sort(held.begin(), held.end());
   return held;
 }

@@ -14,7 +14,11 @@ namespace blockid {
 /// A linear block in front of a static block closed under input scaling, behind one closed under output scaling, or in
 /// front of another linear block can trade gain with it: its largest numerator coefficient is held. Branches of a sum
 /// are treated each by itself. What is left undetermined (e.g. constants of two branches) shows in the covariance.
-std::vector<Index> gain_gauges(const AnyBlock& chain, const Eigen::VectorXd& theta);
+///
+/// frozen: ascending indices that keep their values anyway. Where one of them fixes the gain, of the linear block
+/// itself or of the neighbour that would take it, nothing more is held.
+std::vector<Index> gain_gauges(const AnyBlock& chain, const Eigen::VectorXd& theta,
+                               const std::vector<Index>& frozen = {});
 
 /// The same model, simulation unchanged, with every tradable gain fixed by convention: the largest numerator
 /// coefficient of each such linear block is +1, its neighbour takes the rest. An initial state follows: those of linear

@@ -9,7 +9,8 @@
 
 namespace blockid {
 
-/// Indices into theta, ascending, in which yhat is jointly affine for fixed other parameters; empty when there are none.
+/// Indices into theta, ascending, in which yhat is jointly affine for fixed other parameters; empty when there are
+/// none.
 ///
 /// In a row: the parameters of the last block that is not linear, if it is affine in them. In a sum: those of each
 /// branch.

@@ -53,8 +53,8 @@ Model arx(const DataSet& data, const BlaOrders& orders);
 Model steiglitz_mcbride(const DataSet& data, const BlaOrders& orders, const PredictionOptions& prediction,
                         int iterations);
 
-/// argmin_G sum_t (y_t - output_mean - G (u_t - input_mean))^2 by output-error Levenberg-Marquardt, started at ARX and at
-/// Steiglitz-McBride; the better result.
+/// argmin_G sum_t (y_t - output_mean - G (u_t - input_mean))^2 by output-error Levenberg-Marquardt, started at ARX and
+/// at Steiglitz-McBride; the better result.
 ///
 /// Throws Error for orders below zero, constant inputs and too few samples.
 BestLinearApproximation best_linear_approximation(const DataSet& data, const BlaOrders& orders,
@@ -73,7 +73,7 @@ struct BlaScore {
 
 /// Scores of every combination nb = na = 1..max_order and nk = 0..max_delay, in that order. Progress is told once a
 /// combination; those left when it cancels have scores that are not numbers.
-std::vector<BlaScore> bla_order_table(const DataSet& data, const DataSet& validation, Index max_order,
-                                      Index max_delay, const BlaOptions& options = {}, int threads = 1);
+std::vector<BlaScore> bla_order_table(const DataSet& data, const DataSet& validation, Index max_order, Index max_delay,
+                                      const BlaOptions& options = {}, int threads = 1);
 
 }  // namespace blockid

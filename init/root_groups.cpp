@@ -40,9 +40,15 @@ std::string short_number(double value) {
 Eigen::VectorXd RootGroup::polynomial() const {
   Eigen::VectorXd p;
   switch (kind) {
-    case Kind::infinite: p = Eigen::Vector2d(0.0, 1.0); break;
-    case Kind::real: p = Eigen::Vector2d(1.0, -value.real()); break;
-    case Kind::pair: p = Eigen::Vector3d(1.0, -2.0 * value.real(), std::norm(value)); break;
+    case Kind::infinite:
+      p = Eigen::Vector2d(0.0, 1.0);
+      break;
+    case Kind::real:
+      p = Eigen::Vector2d(1.0, -value.real());
+      break;
+    case Kind::pair:
+      p = Eigen::Vector3d(1.0, -2.0 * value.real(), std::norm(value));
+      break;
   }
   return p / p.cwiseAbs().maxCoeff();
 }
@@ -87,8 +93,10 @@ std::vector<RootGroup> broken_pair(const RootGroup& pair) {
 
 std::string to_text(const RootGroup& group) {
   switch (group.kind) {
-    case RootGroup::Kind::infinite: return "inf";
-    case RootGroup::Kind::real: return short_number(group.value.real());
+    case RootGroup::Kind::infinite:
+      return "inf";
+    case RootGroup::Kind::real:
+      return short_number(group.value.real());
     case RootGroup::Kind::pair:
       return short_number(group.value.real()) + "+-" + short_number(group.value.imag()) + "i";
   }

@@ -26,8 +26,8 @@ struct RootGroup {
 
 /// Groups of p_0 + p_1 x + ... + p_n x^n as the roots z of p_0 z^n + p_1 z^{n-1} + ... + p_n: n degrees in all.
 ///
-/// Leading coefficients below `tolerance` times the largest count as zero and give infinite groups. Throws Error for the
-/// zero polynomial. Source of the convention: Giordano and Sjoberg 2015, equation (5).
+/// Leading coefficients below `tolerance` times the largest count as zero and give infinite groups. Throws Error for
+/// the zero polynomial. Source of the convention: Giordano and Sjoberg 2015, equation (5).
 std::vector<RootGroup> root_groups(const Eigen::VectorXd& polynomial, double tolerance = 1e-12);
 
 /// Product of the groups' polynomials: (sum of degrees + 1,); the constant 1 for none.

@@ -12,7 +12,7 @@ FixedParameters fixed_parameters(const Model& model, const std::vector<std::stri
   for (const std::string& name : frozen_names) fixed.frozen.push_back(parameter_index(model, name));
   std::sort(fixed.frozen.begin(), fixed.frozen.end());
   fixed.frozen.erase(std::unique(fixed.frozen.begin(), fixed.frozen.end()), fixed.frozen.end());
-  if (hold_gauges) fixed.gauges = gain_gauges(model.chain, model.parameters);
+  if (hold_gauges) fixed.gauges = gain_gauges(model.chain, model.parameters, fixed.frozen);
   std::set_union(fixed.frozen.begin(), fixed.frozen.end(), fixed.gauges.begin(), fixed.gauges.end(),
                  std::back_inserter(fixed.all));
   return fixed;

@@ -11,8 +11,8 @@
 
 namespace blockid::detail {
 
-/// Calls work(k) for k = 0 .. count-1 on up to `threads` threads. Each k writes its own result, so that the outcome does
-/// not depend on the number of threads. The first exception is rethrown after all threads have ended.
+/// Calls work(k) for k = 0 .. count-1 on up to `threads` threads. Each k writes its own result, so that the outcome
+/// does not depend on the number of threads. The first exception is rethrown after all threads have ended.
 template <class Work>
 void parallel_for(std::size_t count, int threads, Work&& work) {
   const std::size_t workers = std::min(count, static_cast<std::size_t>(std::max(threads, 1)));

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
+#include <string>
 
 namespace blockid {
 namespace {
@@ -47,6 +48,26 @@ TEST(Fit, InitialStatesBelongToTheNormalisedModel) {
   ASSERT_TRUE(result.report.covariance.has_value());
   // s^2 = r'r / (600 - rank) is that of these residuals, too.
   EXPECT_NEAR(std::sqrt(result.report.covariance->noise_variance), rmse, 0.05 * rmse);
+}
+
+// A frozen gain is the gauge itself: it keeps its value to the last bit, and nothing is held beside it.
+TEST(Fit, FrozenGainKeepsItsValueAndTakesThePlaceOfTheGauge) {
+  const DataSet data(record_from(Eigen::Vector2d::Zero(), 2000, 3));
+  Model start = testing::wiener();
+  start.parameters.head(2) *= 1.1;
+  FitOptions free_options;
+  FitOptions frozen_options;
+  const std::string gain = start.chain.parameter_names().front();
+  frozen_options.refit.frozen = {gain};
+
+  const FitResult free_fit = fit(start.chain, data, start_from(start), free_options);
+  const FitResult frozen_fit = fit(start.chain, data, start_from(start), frozen_options);
+
+  EXPECT_EQ(frozen_fit.model.parameters[0], start.parameters[0]);
+  EXPECT_TRUE(frozen_fit.report.held.empty());
+  EXPECT_EQ(frozen_fit.report.free_parameters, free_fit.report.free_parameters);
+  // One minimum in two coordinates: both searches stop within their relative function tolerance.
+  EXPECT_NEAR(frozen_fit.report.rmse, free_fit.report.rmse, 1e-6 * free_fit.report.rmse);
 }
 
 }  // namespace
