@@ -52,6 +52,7 @@ struct ParameterBounds {
 /// | adapted_to(v)                   | the block with range or knots placed for the signal v | itself             |
 /// | with_scaled_input(theta, k)     | g with g(k u) = f(u)                                  | none               |
 /// | with_scaled_output(theta, k)    | g with g(u) = k f(u)                                  | none               |
+/// | with_scaled_signals(theta, k)   | g with g(k u) = k f(u)                                | none               |
 /// | bounds()                        | limits of the parameters                              | none               |
 /// | gain_parameter(theta)           | index of the number to hold when the gain is a gauge  | none               |
 class AnyBlock {
@@ -122,6 +123,10 @@ class AnyBlock {
   /// g and its parameters with g(u) = k f(u), k != 0; nothing when the family is not closed under it.
   std::optional<Rescaled> with_scaled_output(std::span<const double> theta, double k) const;
 
+  /// g with g(k u) = k f(u), where the family of blocks is closed under scaling of input and output together but not of
+  /// either alone: saturation and dead zone, whose slope is fixed.
+  std::optional<Rescaled> with_scaled_signals(std::span<const double> theta, double k) const;
+
   /// Index of the parameter that fixes the block's gain best at theta (the largest numerator coefficient).
   std::optional<Index> gain_parameter(std::span<const double> theta) const { return self_->gain_parameter(theta); }
 
@@ -163,6 +168,7 @@ class AnyBlock {
     virtual AnyBlock adapted_to(const AnyBlock& self, std::span<const double> v) const = 0;
     virtual std::optional<Rescaled> with_scaled_input(std::span<const double> theta, double k) const = 0;
     virtual std::optional<Rescaled> with_scaled_output(std::span<const double> theta, double k) const = 0;
+    virtual std::optional<Rescaled> with_scaled_signals(std::span<const double> theta, double k) const = 0;
     virtual std::optional<Index> gain_parameter(std::span<const double> theta) const = 0;
   };
 
@@ -343,6 +349,14 @@ struct AnyBlock::Holder final : AnyBlock::Interface {
     }
   }
 
+  std::optional<Rescaled> with_scaled_signals(std::span<const double> theta, double k) const override {
+    if constexpr (requires { block.with_scaled_signals(theta, k); }) {
+      return block.with_scaled_signals(theta, k);
+    } else {
+      return std::nullopt;
+    }
+  }
+
   std::optional<Index> gain_parameter(std::span<const double> theta) const override {
     if constexpr (requires { block.gain_parameter(theta); }) {
       return block.gain_parameter(theta);
@@ -386,6 +400,10 @@ inline std::optional<Rescaled> AnyBlock::with_scaled_input(std::span<const doubl
 
 inline std::optional<Rescaled> AnyBlock::with_scaled_output(std::span<const double> theta, double k) const {
   return self_->with_scaled_output(theta, k);
+}
+
+inline std::optional<Rescaled> AnyBlock::with_scaled_signals(std::span<const double> theta, double k) const {
+  return self_->with_scaled_signals(theta, k);
 }
 
 }  // namespace blockid

@@ -53,7 +53,8 @@ struct Tangents {
 ///   Index state_count() const;                                // default 0: a static block
 ///   push_forward, tangent_memory                              // default: Jets of apply
 ///   kind(), arguments(), parameter_names(), initial_parameters(), is_linear(), is_linear_in_parameters(),
-///   frequency_response(), latency(), adapted_to(), with_scaled_input(), with_scaled_output(), bounds()
+///   frequency_response(), latency(), adapted_to(), with_scaled_input(), with_scaled_output(),
+///   with_scaled_signals(), bounds()
 template <class B>
 concept Block = std::copy_constructible<B> &&
     requires(const B& block, std::span<const double> theta, std::span<double> x, std::span<const double> u,

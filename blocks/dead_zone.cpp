@@ -19,4 +19,10 @@ void DeadZone::push_forward(std::span<const double> theta, std::span<double> x, 
   }
 }
 
+std::optional<Rescaled> DeadZone::with_scaled_signals(std::span<const double> theta, double k) const {
+  if (k >= 0.0) return Rescaled{*this, Eigen::Vector2d(k * theta[0], k * theta[1])};
+  if (theta[0] > theta[1]) return std::nullopt;
+  return Rescaled{*this, Eigen::Vector2d(k * theta[1], k * theta[0])};
+}
+
 }  // namespace blockid

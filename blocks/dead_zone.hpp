@@ -5,6 +5,7 @@
 #include <blockid/blocks/block.hpp>
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,9 @@ class DeadZone {
       }
     }
   }
+
+  /// Limits times k, exchanged for k < 0; none where lower > upper and k < 0.
+  std::optional<Rescaled> with_scaled_signals(std::span<const double> theta, double k) const;
 
   Index tangent_memory(Index, OwnColumns) const { return 0; }
   void push_forward(std::span<const double> theta, std::span<double> x, std::span<double> memory,

@@ -38,8 +38,11 @@ std::vector<Link> links(const AnyBlock& block, const Eigen::VectorXd& theta, con
 
 bool has_gain(const Link& link) { return link.block.is_linear() && link.block.gain_parameter(view(link.theta)); }
 
-/// Delays pass a gain on without holding one themselves.
-bool passes_gain(const Link& link) { return link.block.is_linear() && link.block.parameter_count() == 0; }
+/// Delays, and static blocks of fixed slope whose levels follow, pass a gain on without taking it.
+bool passes_gain(const Link& link) {
+  if (link.block.is_linear()) return link.block.parameter_count() == 0;
+  return link.block.with_scaled_signals(view(link.theta), 1.0).has_value();
+}
 
 enum class Side { input, output };
 
@@ -68,41 +71,65 @@ std::optional<Absorber> absorber_of(const std::vector<Link>& row, std::size_t po
   return std::nullopt;
 }
 
-/// Whether a frozen parameter of the block changes with the gain at its output; `first` is the block's place in theta.
-bool freezes_output_gain(const Link& link, Index first, const std::vector<Index>& frozen) {
-  const std::optional<Rescaled> doubled = link.block.with_scaled_output(view(link.theta), 2.0);
-  return doubled && std::any_of(frozen.begin(), frozen.end(), [&](Index k) {
-           const Index own = k - first;
-           return own >= 0 && own < link.theta.size() && doubled->parameters[own] != link.theta[own];
-         });
+/// How many gauges the frozen parameters of a block fix: a frozen number that is not zero fixes one, but a linear block
+/// or one of fixed slope has a single gain to fix, a static block one at its input and one at its output.
+Index fixed_gains(const Link& link, Index first, const std::vector<Index>& frozen) {
+  const auto tells_gain = [&](Index own, const std::optional<Rescaled>& doubled) {
+    return doubled && doubled->parameters[own] != link.theta[own];
+  };
+  const std::optional<Rescaled> output = link.block.with_scaled_output(view(link.theta), 2.0);
+  const std::optional<Rescaled> signals = link.block.with_scaled_signals(view(link.theta), 2.0);
+  const Index count = std::count_if(frozen.begin(), frozen.end(), [&](Index k) {
+    const Index own = k - first;
+    return own >= 0 && own < link.theta.size() && (tells_gain(own, output) || tells_gain(own, signals));
+  });
+  return std::min<Index>(count, link.block.is_linear() || signals ? 1 : 2);
 }
 
-/// Whether a frozen parameter of the block keeps it from taking up a gain at its input.
-bool freezes_input_gain(const Link& link, Index first, const std::vector<Index>& frozen) {
-  return std::any_of(frozen.begin(), frozen.end(),
-                     [&](Index k) { return k >= first && k < first + link.theta.size(); });
+/// Whether a frozen parameter between giver and taker, both included, fixes their gauge; one that does is used up.
+bool take_fixed_gain(std::vector<Index>& fixed, std::size_t giver, std::size_t taker) {
+  const auto [first, last] = std::minmax(giver, taker);
+  for (std::size_t k = first; k <= last; ++k) {
+    if (fixed[k] == 0) continue;
+    --fixed[k];
+    return true;
+  }
+  return false;
 }
 
-bool is_fixed(const std::vector<Link>& row, std::size_t giver, const Absorber& absorber, Index base,
-              const std::vector<Index>& frozen) {
-  if (freezes_output_gain(row[giver], base + row[giver].offset, frozen)) return true;
-  const Link& taker = row[absorber.position];
-  const Index first = base + taker.offset;
-  return absorber.side == Side::input ? freezes_input_gain(taker, first, frozen)
-                                      : freezes_output_gain(taker, first, frozen);
+/// Gauges of one row; `base` is its place in theta.
+void collect_row(const std::vector<Link>& row, Index base, const std::vector<Index>& frozen, std::vector<Index>& held) {
+  std::vector<Index> fixed;
+  fixed.reserve(row.size());
+  for (const Link& link : row) fixed.push_back(fixed_gains(link, base + link.offset, frozen));
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    const std::optional<Absorber> absorber = has_gain(row[k]) ? absorber_of(row, k) : std::nullopt;
+    if (!absorber || take_fixed_gain(fixed, k, absorber->position)) continue;
+    held.push_back(base + row[k].offset + *row[k].block.gain_parameter(view(row[k].theta)));
+  }
 }
 
 void collect(const AnyBlock& block, const Eigen::VectorXd& theta, Index base, const std::vector<Index>& frozen,
              std::vector<Index>& held) {
-  const bool is_row = block.target<Series>() != nullptr;
   const std::vector<Link> row = links(block, theta, Eigen::VectorXd::Zero(block.state_count()));
-  for (std::size_t k = 0; k < row.size(); ++k) {
-    const std::optional<Absorber> absorber = is_row && has_gain(row[k]) ? absorber_of(row, k) : std::nullopt;
-    if (absorber && !is_fixed(row, k, *absorber, base, frozen)) {
-      held.push_back(base + row[k].offset + *row[k].block.gain_parameter(view(row[k].theta)));
+  if (block.target<Series>() != nullptr) collect_row(row, base, frozen, held);
+  for (const Link& link : row) collect(link.block, link.theta, base + link.offset, frozen, held);
+}
+
+/// The blocks strictly between giver and taker with their signals times k; nothing when one cannot follow.
+std::optional<std::vector<Rescaled>> passed_on(const std::vector<Link>& row, std::size_t first, std::size_t last,
+                                               double k) {
+  std::vector<Rescaled> result;
+  for (std::size_t i = first + 1; i < last; ++i) {
+    if (row[i].block.is_linear()) {
+      result.push_back({row[i].block, row[i].theta});
+    } else if (const std::optional<Rescaled> scaled = row[i].block.with_scaled_signals(view(row[i].theta), k)) {
+      result.push_back(*scaled);
+    } else {
+      return std::nullopt;
     }
-    collect(row[k].block, row[k].theta, base + row[k].offset, frozen, held);
   }
+  return result;
 }
 
 /// Scales the gain of row[position] to one; its absorber takes the inverse.
@@ -112,22 +139,26 @@ void move_gain(std::vector<Link>& row, std::size_t position, const Absorber& abs
   const Index held = *giver.block.gain_parameter(view(giver.theta));
   const double gain = giver.theta[held];
   if (gain == 0.0) return;
+  const bool forward = absorber.position > position;
+  const auto [first, last] = std::minmax(position, absorber.position);
+  // What lies between giver and taker shrinks with the giver's output, or grows with the taker's.
+  const double between = forward ? 1.0 / gain : gain;
+  const std::optional<std::vector<Rescaled>> passed = passed_on(row, first, last, between);
   const std::optional<Rescaled> given = giver.block.with_scaled_output(view(giver.theta), 1.0 / gain);
   const std::optional<Rescaled> taken = absorber.side == Side::input
                                             ? taker.block.with_scaled_input(view(taker.theta), 1.0 / gain)
                                             : taker.block.with_scaled_output(view(taker.theta), gain);
-  if (!given || !taken) return;
+  if (!given || !taken || !passed) return;
   giver.block = given->block;
   giver.theta = given->parameters;
   giver.theta[held] = 1.0;  // x (1 / x) may miss one by a rounding
   taker.block = taken->block;
   taker.theta = taken->parameters;
-  // What lies in store between giver and taker shrinks with the giver's output, or grows with the taker's.
-  if (absorber.position > position) {
-    for (std::size_t k = position; k < absorber.position; ++k) row[k].x /= gain;
-  } else {
-    for (std::size_t k = absorber.position + 1; k < position; ++k) row[k].x *= gain;
+  for (std::size_t k = first + 1; k < last; ++k) {
+    row[k].block = (*passed)[k - first - 1].block;
+    row[k].theta = (*passed)[k - first - 1].parameters;
   }
+  for (std::size_t k = forward ? position : first + 1; k < (forward ? last : position); ++k) row[k].x *= between;
 }
 
 struct Normalised {

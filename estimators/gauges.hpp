@@ -12,11 +12,11 @@ namespace blockid {
 /// Parameters to hold so that no gain can wander between neighbouring blocks: (k,) indices into theta, ascending.
 ///
 /// A linear block in front of a static block closed under input scaling, behind one closed under output scaling, or in
-/// front of another linear block can trade gain with it: its largest numerator coefficient is held. Branches of a sum
-/// are treated each by itself. What is left undetermined (e.g. constants of two branches) shows in the covariance.
+/// front of another linear block can trade gain with it, also through blocks of fixed slope between the two
+/// (saturation, dead zone) whose levels follow: its largest numerator coefficient is held. Branches of a sum are
+/// treated each by itself. What is left undetermined (e.g. constants of two branches) shows in the covariance.
 ///
-/// frozen: ascending indices that keep their values anyway. Where one of them fixes the gain, of the linear block
-/// itself or of the neighbour that would take it, nothing more is held.
+/// frozen: ascending indices that keep their values anyway. Each that fixes a gain takes the place of one hold.
 std::vector<Index> gain_gauges(const AnyBlock& chain, const Eigen::VectorXd& theta,
                                const std::vector<Index>& frozen = {});
 

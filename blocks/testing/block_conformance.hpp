@@ -706,6 +706,26 @@ inline void law_scaled_output(const ConformanceCase& c, LawRecorder& law) {
   if (!any) law.skip("no with_scaled_output()");
 }
 
+/// with_scaled_signals(): g(k u) = k f(u) from rest, for k of either sign.
+inline void law_scaled_signals(const ConformanceCase& c, LawRecorder& law) {
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(c.x0.size());
+  const Eigen::VectorXd y = detail::apply_record(c.block, c.theta, rest, c.u).y;
+  bool any = false;
+  for (const double k : {2.5, 0.01, -0.75}) {
+    const std::optional<Rescaled> g = c.block.with_scaled_signals(detail::view(c.theta), k);
+    if (!g) continue;
+    any = true;
+    const std::string how = "k = " + std::to_string(k);
+    law.equal("number of parameters, " + how, g->block.parameter_count(), g->parameters.size());
+    if (g->block.parameter_count() != g->parameters.size()) continue;
+    detail::close_signals(
+        law, "g(k u), " + how + ", y", k * y,
+        detail::apply_record(g->block, g->parameters, Eigen::VectorXd::Zero(g->block.state_count()), k * c.u).y,
+        c.options.tolerances.value);
+  }
+  if (!any) law.skip("no with_scaled_signals()");
+}
+
 /// adapted_to(): a block of the same kind whose structure is settled, so that a second call with another signal changes
 /// nothing.
 inline void law_adapted(const ConformanceCase& c, LawRecorder& law) {
@@ -750,6 +770,7 @@ inline constexpr std::array kBlockLaws = {
     BlockLaw{"linear in parameters", law_linear_in_parameters},
     BlockLaw{"scaled input", law_scaled_input},
     BlockLaw{"scaled output", law_scaled_output},
+    BlockLaw{"scaled signals", law_scaled_signals},
     BlockLaw{"adapted", law_adapted},
 };
 

@@ -33,6 +33,7 @@ struct Sound {
   std::optional<Index> gain_parameter(Numbers) const { return 0; }
   Rescaled with_scaled_output(Numbers theta, double k) const;
   Rescaled with_scaled_input(Numbers theta, double k) const { return with_scaled_output(theta, 1.0 / k); }
+  Rescaled with_scaled_signals(Numbers theta, double) const { return with_scaled_output(theta, 1.0); }
 
   template <class T>
   void apply(std::span<const T> theta, std::span<T> x, std::span<const T> u, std::span<T> y) const {
@@ -430,6 +431,13 @@ TEST(BrokenBlockTest, ScalesOneOfItsOutputs) {
     }
   };
   EXPECT_THAT(broken_laws(Broken{}), ElementsAre("scaled output"));
+}
+
+TEST(BrokenBlockTest, ScaledSignalsThatScaleOnce) {
+  struct Broken : Sound {
+    Rescaled with_scaled_signals(Numbers theta, double k) const { return with_scaled_output(theta, k); }
+  };
+  EXPECT_THAT(broken_laws(Broken{}), ElementsAre("scaled signals"));
 }
 
 struct AdaptsAgainAndAgain {

@@ -70,5 +70,27 @@ TEST(Fit, FrozenGainKeepsItsValueAndTakesThePlaceOfTheGauge) {
   EXPECT_NEAR(frozen_fit.report.rmse, free_fit.report.rmse, 1e-6 * free_fit.report.rmse);
 }
 
+// The gain between the filters may run through the levels: held, or the covariance would have a direction without end.
+TEST(Fit, SaturationBetweenFiltersIsWellConditioned) {
+  const Model truth = testing::model_of("G1=rational(nb=1,na=2) | s=saturation | G2=rational(nb=0,na=1)",
+                                        {1.0, 0.4, -1.2, 0.52, -1.5, 2.0, 0.7, -0.6});
+  const DataSet data(testing::simulated_record(truth, 3000, kNoise, 4));
+  Model start = truth;
+  start.parameters *= 1.03;
+
+  const FitResult result = fit(start.chain, data, start_from(start), {});
+
+  EXPECT_EQ(result.report.status, FitStatus::converged);
+  EXPECT_EQ(result.report.free_parameters, 7);
+  EXPECT_EQ(result.model.parameters[0], 1.0);
+  ASSERT_TRUE(result.report.covariance.has_value());
+  // The truth is in normal form; four standard deviations of each number.
+  for (Index k = 0; k < truth.parameters.size(); ++k) {
+    EXPECT_LE(std::abs(result.model.parameters[k] - truth.parameters[k]),
+              4.0 * result.report.covariance->standard_deviations[k])
+        << truth.chain.parameter_names()[static_cast<std::size_t>(k)];
+  }
+}
+
 }  // namespace
 }  // namespace blockid

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -63,9 +64,36 @@ TEST(GainGaugesTest, BranchesEachByThemselves) {
               UnorderedElementsAre("parallel1.series1.A.b0", "parallel1.series2.B.b0"));
 }
 
-TEST(GainGaugesTest, StaticBlocksOfFixedSlopeTakeUpNoGain) {
-  EXPECT_THAT(held(model_of("A=gain | s=saturation | B=gain", {2, -1, 1, 3})), IsEmpty());
+TEST(GainGaugesTest, StaticBlocksOfFixedSlopePassGainOn) {
+  EXPECT_THAT(held(model_of("A=gain | s=saturation | B=gain", {2, -1, 1, 3})), ElementsAre("A.k"));
+  EXPECT_THAT(held(model_of("A=gain | s=saturation | f=polynomial(degree=1) | B=gain", {2, -1, 1, 0, 1, 3})),
+              ElementsAre("A.k", "B.k"));
+  EXPECT_THAT(held(model_of("f=polynomial(degree=1) | s=saturation | B=gain", {0, 1, -1, 1, 3})), ElementsAre("B.k"));
   EXPECT_THAT(held(model_of("A=gain | z=dead_zone", {2, -1, 1})), IsEmpty());
+}
+
+std::vector<std::string> held_beside(const Model& model, const std::vector<std::string>& frozen) {
+  std::vector<Index> indices;
+  for (const std::string& name : frozen) indices.push_back(parameter_index(model, name));
+  std::sort(indices.begin(), indices.end());
+  std::vector<std::string> names;
+  for (const Index k : gain_gauges(model.chain, model.parameters, indices)) {
+    names.push_back(model.chain.parameter_names()[static_cast<std::size_t>(k)]);
+  }
+  return names;
+}
+
+TEST(GainGaugesTest, AFrozenGainTakesThePlaceOfAHold) {
+  const Model model = testing::wiener_hammerstein();
+  EXPECT_THAT(held_beside(model, {"G1.b0"}), ElementsAre("G2.b0"));
+  EXPECT_THAT(held_beside(model, {"G1.b0", "G1.b1"}), ElementsAre("G2.b0"));
+  EXPECT_THAT(held_beside(model, {"G1.b1", "G2.b1"}), IsEmpty());
+  EXPECT_THAT(held_beside(model, {"G1.a1", "G2.a1"}), ElementsAre("G1.b0", "G2.b0"));
+  // One number of the static block fixes one of its two gains, two numbers fix both.
+  EXPECT_THAT(held_beside(model, {"f.c1"}), ElementsAre("G2.b0"));
+  EXPECT_THAT(held_beside(model, {"f.c1", "f.c2"}), IsEmpty());
+  const Model saturated = model_of("A=gain | s=saturation | B=gain", {2, -1, 1, 3});
+  EXPECT_THAT(held_beside(saturated, {"s.upper"}), IsEmpty());
 }
 
 std::vector<Model> models() {
@@ -82,7 +110,9 @@ std::vector<Model> models() {
                    {0.4, -0.6, -1, 0.2, 3, 0.25, -0.5}),
           model_of("A=gain | t=tanh_network(units=1) | (B=gain | (C=fir(nb=1) | g=polynomial(degree=2))) | D=gain",
                    {0.5, 0.1, 0.3, 1, 2, 0.2, 4, 0.2, 0.3, 0.1, 0.5, 0.7, -2}),
-          model_of("A=gain | s=saturation | B=gain", {2, -1, 1, 3})};
+          model_of("A=gain | s=saturation | B=gain", {2, -1, 1, 3}),
+          model_of("A=gain | z=dead_zone | d=delay(samples=2) | B=rational(nb=0,na=1)", {-2, -0.5, 0.8, 3, 0.4}),
+          model_of("f=polynomial(degree=1) | d=delay(samples=1) | s=saturation | B=gain", {0.1, 1, -0.4, 0.6, -3})};
 }
 
 class NormaliseTest : public ::testing::TestWithParam<std::size_t> {};
