@@ -3,6 +3,7 @@
 #include <blockid/blocks/detail/children.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/series.hpp>
+#include <blockid/blocks/tied.hpp>
 #include <blockid/data/error.hpp>
 
 #include <cmath>
@@ -36,6 +37,11 @@ Eigen::VectorXd extended(const Eigen::VectorXd& u, Index samples) {
 /// The block with every range and knot below it placed for `signal`, and its parameters; `settled` turns false where
 /// they start anew. `signal` becomes the output.
 Rescaled adapted(const AnyBlock& block, const Eigen::VectorXd& theta, Eigen::VectorXd& signal, bool& settled) {
+  if (const auto* tied = block.target<Tied>()) {
+    const Rescaled placed = adapted(tied->inner(), tied->inner_parameters(view(theta)), signal, settled);
+    const Tied again(placed.block, tied->ties());
+    return {again, again.from_inner(view(placed.parameters))};
+  }
   const bool is_row = block.target<Series>() != nullptr;
   if (!is_row && block.target<Parallel>() == nullptr) {
     AnyBlock placed = block.adapted_to(view(signal));

@@ -4,6 +4,7 @@
 #include <blockid/blocks/dead_zone.hpp>
 #include <blockid/blocks/delay.hpp>
 #include <blockid/blocks/fir.hpp>
+#include <blockid/blocks/fractional_filter.hpp>
 #include <blockid/blocks/gain.hpp>
 #include <blockid/blocks/offset.hpp>
 #include <blockid/blocks/piecewise_linear.hpp>
@@ -12,6 +13,13 @@
 #include <blockid/blocks/saturation.hpp>
 #include <blockid/blocks/spline.hpp>
 #include <blockid/blocks/tanh_network.hpp>
+#include <blockid/blocks/tied.hpp>
+
+#include <cmath>
+#include <complex>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace blockid {
 namespace {
@@ -45,6 +53,17 @@ AnyBlock with_range(const BlockArguments& arguments, std::string_view key, Integ
   return arguments.has("range") ? B(count, signal_range(arguments)) : B(count);
 }
 
+/// Roots as the list [re,im,re,im,...]; none when the key is missing.
+std::vector<std::complex<double>> roots(const BlockArguments& arguments, std::string_view key) {
+  std::vector<std::complex<double>> result;
+  if (!arguments.has(key)) return result;
+  const std::vector<double> numbers = arguments.list(key);
+  if (std::ssize(numbers) > 2 * kOrder.max) arguments.refuse(key, "expected at most 1000 roots");
+  if (numbers.size() % 2 != 0) arguments.refuse(key, "expected real and imaginary parts in turn, got an odd count");
+  for (std::size_t k = 0; k < numbers.size(); k += 2) result.emplace_back(numbers[k], numbers[k + 1]);
+  return result;
+}
+
 template <class B>
 AnyBlock without_arguments(const BlockArguments&) {
   return B();
@@ -76,6 +95,55 @@ void add_linear(Registry& registry) {
         return Biquads{a.integer("sections", kSections), a.flag_or("stable", false)};
       },
       "linear filter as second-order sections");
+  registry.add(
+      "fractional",
+      {{"poles", "[re,im,...], a pair by its member with im > 0; default none"},
+       {"zeros", "likewise"},
+       {"n", "coefficients of the expansion"},
+       {"n1", "how many of them follow the exponents; default all"},
+       kDelayKey},
+      [](const BlockArguments& a) {
+        const Index n = a.integer("n", kTaps);
+        return FractionalFilter({roots(a, "poles"), roots(a, "zeros")}, n, a.integer_or("n1", n, {0, n}),
+                                a.integer_or("nk", 0, kDelay));
+      },
+      "expansion of a filter with fractional poles and zeros");
+}
+
+/// Numbers as many as ties; `fallback` for each when the key is missing.
+std::vector<double> for_each_tie(const BlockArguments& arguments, std::string_view key, std::size_t count,
+                                 double fallback) {
+  if (!arguments.has(key)) return std::vector<double>(count, fallback);
+  std::vector<double> numbers = arguments.list(key);
+  if (numbers.size() != count) arguments.refuse(key, "expected as many numbers as inner parameters");
+  return numbers;
+}
+
+AnyBlock tied(const BlockArguments& arguments) {
+  const AnyBlock inner = arguments.block();
+  const auto count = static_cast<std::size_t>(inner.parameter_count());
+  std::vector<double> index(count);
+  for (std::size_t k = 0; k < count; ++k) index[k] = static_cast<double>(k);
+  if (arguments.has("to")) index = for_each_tie(arguments, "to", count, 0.0);
+  const std::vector<double> scale = for_each_tie(arguments, "scale", count, 1.0);
+  const std::vector<double> offset = for_each_tie(arguments, "offset", count, 0.0);
+  std::vector<Tie> ties;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (!(index[k] >= 0.0 && index[k] < static_cast<double>(count)) || index[k] != std::floor(index[k])) {
+      arguments.refuse("to", "expected whole numbers from 0 on, fewer than there are inner parameters");
+    }
+    ties.push_back({static_cast<Index>(index[k]), scale[k], offset[k]});
+  }
+  return Tied(inner, std::move(ties));
+}
+
+void add_containers(Registry& registry) {
+  registry.add("tied",
+               {{"", "the block"},
+                {"to", "for each of its parameters the number (from 0 on) that it follows; default its own"},
+                {"scale", "factor for each; default 1"},
+                {"offset", "constant added for each; default 0"}},
+               tied, "block whose parameters are scale * number + offset of fewer numbers");
 }
 
 void add_static(Registry& registry) {
@@ -105,6 +173,7 @@ Registry standard_registry() {
   Registry registry;
   add_linear(registry);
   add_static(registry);
+  add_containers(registry);
   return registry;
 }
 

@@ -2,17 +2,33 @@
 
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/series.hpp>
+#include <blockid/blocks/tied.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/gram_parts.hpp>
 #include <blockid/estimators/detail/unknowns.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace blockid {
 namespace {
 
+/// Numbers that only affine inner parameters follow.
+void collect_tied(const Tied& tied, Index offset, std::vector<Index>& found) {
+  const std::vector<Index> inner = affine_parameters(tied.inner());
+  for (Index j = 0; j < tied.parameter_count(); ++j) {
+    bool affine = true;
+    for (Index k = 0; k < std::ssize(tied.ties()); ++k) {
+      if (tied.ties()[static_cast<std::size_t>(k)].index != j) continue;
+      affine = affine && std::binary_search(inner.begin(), inner.end(), k);
+    }
+    if (affine) found.push_back(offset + j);
+  }
+}
+
 void collect(const AnyBlock& block, Index offset, std::vector<Index>& found) {
+  if (const auto* tied = block.target<Tied>()) return collect_tied(*tied, offset, found);
   const std::vector<LabelledBlock> children = block.children();
   if (children.empty()) {
     if (block.is_linear() || !block.is_linear_in_parameters()) return;

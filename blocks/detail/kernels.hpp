@@ -11,6 +11,9 @@ using KernelIndex = std::ptrdiff_t;
 /// Highest filter order that the unrolled kernels know; above it a loop over the order runs.
 inline constexpr int kMaxUnrolledOrder = 8;
 
+/// Zeros that convolve_columns wants on both sides of an impulse response.
+inline constexpr int kConvolutionGuard = 7;
+
 /// The set of inner loops for one instruction set.
 struct Kernels {
   const char* name;
@@ -58,6 +61,15 @@ struct Kernels {
   /// when a value is not finite.
   bool (*negated_rows)(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns,
                        const double* weight, double* target);
+
+  /// y_t = sum_{k=0..n} h_k u_{t-k}. u points at sample 0, n past samples lie before it. h: (n+1,); u, y: (rows,).
+  void (*convolve_signal)(const double* h, KernelIndex n, const double* u, double* y, KernelIndex rows);
+
+  /// The same for every column: `input` points at row 0, n rows of the past lie before it. h: (n+1,) with
+  /// kConvolutionGuard zeros before and behind it. columns and strides are multiples of 8; input and output do not
+  /// overlap.
+  void (*convolve_columns)(const double* h, KernelIndex n, const double* input, KernelIndex input_stride,
+                           double* output, KernelIndex output_stride, KernelIndex rows, KernelIndex columns);
 };
 
 /// Instruction sets in the order of preference.

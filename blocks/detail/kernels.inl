@@ -595,9 +595,65 @@ void chebyshev_tangents(const double* c, KernelIndex degree, double scale, doubl
   }
 }
 
+// ---------------------------------------------------------------------------------------------------------------
+// Long convolutions
+
+void convolve_signal(const double* h, KernelIndex n, const double* u, double* y, KernelIndex rows) {
+  constexpr int kVectors = 4;
+  KernelIndex t = 0;
+  for (; t + kVectors * kWidth <= rows; t += kVectors * kWidth) {
+    Vec sum[kVectors] = {};
+    for (KernelIndex k = 0; k <= n; ++k) {
+      for (int v = 0; v < kVectors; ++v) sum[v] += h[k] * load(u + t + v * kWidth - k);
+    }
+    for (int v = 0; v < kVectors; ++v) store(y + t + v * kWidth, sum[v]);
+  }
+  for (; t < rows; ++t) {
+    double sum = 0.0;
+    for (KernelIndex k = 0; k <= n; ++k) sum += h[k] * u[t - k];
+    y[t] = sum;
+  }
+}
+
+/// Rows outputs of 8 columns: each input row is read once for all of them, its weight 0 where it lies outside.
+template <int Rows>
+void convolve_block(const double* h, KernelIndex n, const double* input, KernelIndex input_stride, double* output,
+                    KernelIndex output_stride) {
+  constexpr int kVectors = 8 / kWidth;
+  Vec sum[Rows][kVectors] = {};
+  for (KernelIndex s = -n; s < Rows; ++s) {
+    const double* row = input + s * input_stride;
+    Vec values[kVectors];
+    for (int v = 0; v < kVectors; ++v) values[v] = load(row + v * kWidth);
+    for (int i = 0; i < Rows; ++i) {
+      for (int v = 0; v < kVectors; ++v) sum[i][v] += h[i - s] * values[v];
+    }
+  }
+  for (int i = 0; i < Rows; ++i) {
+    for (int v = 0; v < kVectors; ++v) store(output + i * output_stride + v * kWidth, sum[i][v]);
+  }
+}
+
+void convolve_columns(const double* h, KernelIndex n, const double* input, KernelIndex input_stride, double* output,
+                      KernelIndex output_stride, KernelIndex rows, KernelIndex columns) {
+  constexpr int kRows = kWidth == 8 ? 8 : (kWidth == 4 ? 4 : 2);
+  static_assert(kRows <= kConvolutionGuard + 1);
+  for (KernelIndex c = 0; c < columns; c += 8) {
+    KernelIndex t = 0;
+    for (; t + kRows <= rows; t += kRows) {
+      convolve_block<kRows>(h, n, input + t * input_stride + c, input_stride, output + t * output_stride + c,
+                            output_stride);
+    }
+    for (; t < rows; ++t) {
+      convolve_block<1>(h, n, input + t * input_stride + c, input_stride, output + t * output_stride + c,
+                        output_stride);
+    }
+  }
+}
+
 extern const Kernels kTable;
-const Kernels kTable = {BLOCKID_KERNEL_NAME, filter_signal, filter_columns, filter_tangents,
-                        shifted_columns,     add_gram,      chebyshev,      chebyshev_tangents,
-                        scale_rows,          negated_rows};
+const Kernels kTable = {BLOCKID_KERNEL_NAME, filter_signal, filter_columns,  filter_tangents,
+                        shifted_columns,     add_gram,      chebyshev,       chebyshev_tangents,
+                        scale_rows,          negated_rows,  convolve_signal, convolve_columns};
 
 }  // namespace blockid::detail::BLOCKID_KERNEL_SET

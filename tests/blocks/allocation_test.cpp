@@ -4,6 +4,7 @@
 #include <blockid/blocks/biquads.hpp>
 #include <blockid/blocks/delay.hpp>
 #include <blockid/blocks/fir.hpp>
+#include <blockid/blocks/fractional_filter.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/polynomial.hpp>
 #include <blockid/blocks/rational.hpp>
@@ -50,6 +51,7 @@ std::vector<LabelledBlock> blocks() {
           {"fir", Fir(30)},
           {"delay", Delay(700)},
           {"biquads", Biquads(2)},
+          {"fractional", FractionalFilter({{0.9}, {1.5}}, 40, 30)},
           {"polynomial", Polynomial(5)},
           {"spline", Spline(20)},
           {"tanh_network", TanhNetwork(4)},

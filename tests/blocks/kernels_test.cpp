@@ -355,5 +355,48 @@ TEST_P(KernelsTest, ScaleRowsLeavesAllBeyondTheNextMultipleOfEightAlone) {
   }
 }
 
+TEST_P(KernelsTest, ConvolveSignalIsTheSum) {
+  UniformNumbers numbers(11);
+  for (const Index n : {0, 1, 7, 30}) {
+    for (const Index rows : {0, 1, 3, 8, 31, 32, 33, 70}) {
+      const Eigen::VectorXd h = numbers.vector(n + 1);
+      const Eigen::VectorXd u = numbers.vector(n + rows);
+      Eigen::VectorXd y = Eigen::VectorXd::Constant(rows + 1, kNaN);
+      kernels_->convolve_signal(h.data(), n, u.data() + n, y.data(), rows);
+      for (Index t = 0; t < rows; ++t) {
+        ASSERT_NEAR(y[t], h.dot(u.segment(t, n + 1).reverse()), kRounding) << "n " << n << ", rows " << rows;
+      }
+      ASSERT_TRUE(std::isnan(y[rows])) << "wrote beyond the end, n " << n << ", rows " << rows;
+    }
+  }
+}
+
+TEST_P(KernelsTest, ConvolveColumnsIsTheSumInEachColumn) {
+  UniformNumbers numbers(12);
+  for (const Index n : {0, 1, 7, 30}) {
+    for (const Index rows : {0, 1, 3, 7, 8, 9, 33}) {
+      for (const Index columns : {0, 8, 24}) {
+        Eigen::VectorXd h = Eigen::VectorXd::Zero(n + 1 + 2 * kConvolutionGuard);
+        h.segment(kConvolutionGuard, n + 1) = numbers.vector(n + 1);
+        const Index in_stride = columns + 8;
+        const Index out_stride = columns + 16;
+        const Eigen::VectorXd input = numbers.vector((n + rows) * in_stride);
+        Eigen::VectorXd output = Eigen::VectorXd::Constant((rows + 1) * out_stride, kNaN);
+        kernels_->convolve_columns(h.data() + kConvolutionGuard, n, input.data() + n * in_stride, in_stride,
+                                   output.data(), out_stride, rows, columns);
+        for (Index t = 0; t < rows; ++t) {
+          for (Index c = 0; c < columns; ++c) {
+            double sum = 0.0;
+            for (Index k = 0; k <= n; ++k) sum += h[kConvolutionGuard + k] * input[(n + t - k) * in_stride + c];
+            ASSERT_NEAR(output[t * out_stride + c], sum, kRounding) << "n " << n << ", row " << t << ", column " << c;
+          }
+          ASSERT_TRUE(std::isnan(output[t * out_stride + columns])) << "wrote beyond the columns";
+        }
+        ASSERT_TRUE(std::isnan(output[rows * out_stride])) << "wrote beyond the rows";
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace blockid::detail

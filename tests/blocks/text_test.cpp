@@ -106,6 +106,8 @@ TEST(Text, RoundTripKeepsTextAndBehaviour) {
       "polynomial(degree=3,range=[-0.1,0.30000000000000004])",
       "gain | offset | delay(samples=3) | fir(nb=4) | fir(nb=0,nk=2)",
       "biquads(sections=2) | biquads(sections=1,stable=true)",
+      "fractional(poles=[0.9,0,0.5,0.25],zeros=[-1.5,0],n=20,n1=18,nk=1) | fractional(n=0)",
+      "tied((G=rational(nb=1,na=1) | f=polynomial(degree=2)),to=[0,1,1,2,3,4],scale=[1,1,-0.5,1,1,1])",
       "piecewise_linear(knots=5) | piecewise_linear(knots=4,placement=uniform) | piecewise_linear(knots=[-1,0,2.5])",
       "spline(knots=20) | spline(knots=6,placement=quantile) | spline(knots=[-1,0.1,0.30000000000000004,7])",
       "saturation | dead_zone | tanh_network(units=3) | tanh_network(units=1,range=[0,2])",

@@ -52,6 +52,12 @@ TEST(AffineParametersTest, NestedRow) {
               ElementsAre(HasSubstr("f.c0")));
 }
 
+TEST(AffineParametersTest, NumbersThatOnlyAffineParametersFollow) {
+  // theta_1 is both coefficients of f, theta_2 a coefficient of f and one of H.
+  EXPECT_THAT(affine_names("tied((G=fir(nb=0) | f=polynomial(degree=3) | H=fir(nb=0)),to=[0,1,1,2,3,2])"),
+              ElementsAre("tied1.f.c0", "tied1.f.c3"));
+}
+
 class FitStaticTest : public ::testing::TestWithParam<const char*> {};
 
 // J'J of the affine columns squares a condition number below 1e3.
