@@ -7,6 +7,7 @@
 #include <blockid/estimators/predictor_cost.hpp>
 #include <blockid/estimators/static_parameters.hpp>
 
+#include <ceres/cost_function.h>
 #include <ceres/iteration_callback.h>
 #include <ceres/manifold.h>
 #include <ceres/problem.h>
@@ -17,6 +18,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 
 namespace blockid {
 namespace {
@@ -144,6 +146,56 @@ void set_bounds(ceres::Problem& problem, double* q, const std::vector<Index>& sh
   }
 }
 
+/// Rows sqrt(N) weight (q_k - centre).
+class PenaltyCost final : public ceres::CostFunction {
+ public:
+  struct Row {
+    Index position;
+    double centre;
+    double weight;
+  };
+
+  PenaltyCost(std::vector<Row> rows, Index unknowns) : rows_(std::move(rows)) {
+    set_num_residuals(static_cast<int>(rows_.size()));
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(unknowns));
+  }
+
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
+    const Index unknowns = parameter_block_sizes().front();
+    const bool tangents = jacobians != nullptr && jacobians[0] != nullptr;
+    if (tangents) std::fill_n(jacobians[0], std::ssize(rows_) * unknowns, 0.0);
+    for (Index k = 0; k < std::ssize(rows_); ++k) {
+      const Row& row = rows_[static_cast<std::size_t>(k)];
+      residuals[k] = row.weight * (parameters[0][row.position] - row.centre);
+      if (tangents) jacobians[0][k * unknowns + row.position] = row.weight;
+    }
+    return true;
+  }
+
+ private:
+  std::vector<Row> rows_;
+};
+
+/// Nothing when there are no penalties. Throws Error for a parameter that is not among the shown ones.
+std::unique_ptr<PenaltyCost> penalty_cost(const RefitOptions& options, const Model& model,
+                                          const std::vector<Index>& shown, const Predictor& predictor) {
+  if (options.penalties.empty()) return nullptr;
+  std::vector<PenaltyCost::Row> rows;
+  for (const Penalty& penalty : options.penalties) {
+    const auto place = std::find(shown.begin(), shown.end(), parameter_index(model, penalty.parameter));
+    if (place == shown.end()) {
+      fail("refit: ", penalty.parameter, " has a penalty, which variable projection cannot keep; fit jointly");
+    }
+    if (!std::isfinite(penalty.centre) || !(penalty.weight >= 0.0) || !std::isfinite(penalty.weight)) {
+      fail("refit: the penalty of ", penalty.parameter, " needs a finite centre and a finite weight >= 0, got ",
+           penalty.centre, " and ", penalty.weight);
+    }
+    rows.push_back({place - shown.begin(), penalty.centre,
+                    penalty.weight * std::sqrt(static_cast<double>(predictor.counted_samples()))});
+  }
+  return std::make_unique<PenaltyCost>(std::move(rows), std::ssize(shown));
+}
+
 ceres::Solver::Options solver_options(const RefitOptions& options, Handover handover, Index jacobian_size) {
   ceres::Solver::Options result;
   result.minimizer_type = ceres::TRUST_REGION;
@@ -181,9 +233,9 @@ struct Search {
   int iterations = 0;
 };
 
-Search search(ceres::CostFunction& cost, Eigen::VectorXd q, const std::vector<int>& constant,
-              const std::vector<Index>& shown, const ParameterBounds& bounds, const RefitOptions& options,
-              Handover handover, const Predictor& predictor, Clock::time_point start) {
+Search search(ceres::CostFunction& cost, ceres::CostFunction* penalty, Eigen::VectorXd q,
+              const std::vector<int>& constant, const std::vector<Index>& shown, const ParameterBounds& bounds,
+              const RefitOptions& options, Handover handover, const Predictor& predictor, Clock::time_point start) {
   Search result;
   if (static_cast<Index>(constant.size()) == q.size()) {
     return {std::move(q), FitStatus::converged, "no free parameter remains to be searched", 0};
@@ -197,6 +249,7 @@ Search search(ceres::CostFunction& cost, Eigen::VectorXd q, const std::vector<in
     problem.SetManifold(q.data(), new ceres::SubsetManifold(static_cast<int>(q.size()), constant));
   }
   problem.AddResidualBlock(&cost, nullptr, q.data());
+  if (penalty != nullptr) problem.AddResidualBlock(penalty, nullptr, q.data());
   ceres::Solver::Options settings =
       solver_options(options, handover, predictor.sample_count() * predictor.unknown_count());
   ProgressBridge bridge(options.progress, predictor, start);
@@ -217,21 +270,25 @@ std::vector<Index> all_unknowns(Index count) {
   return all;
 }
 
-Search search_jointly(const Predictor& predictor, const Eigen::VectorXd& p, const std::vector<Index>& fixed,
-                      const ParameterBounds& bounds, const RefitOptions& options, Clock::time_point start) {
+Search search_jointly(const Model& model, const Predictor& predictor, const Eigen::VectorXd& p,
+                      const std::vector<Index>& fixed, const ParameterBounds& bounds, const RefitOptions& options,
+                      Clock::time_point start) {
   const Handover handover = handover_for(options.residual_form, predictor);
   PredictorCost cost(predictor, handover);
   const std::vector<Index> shown = all_unknowns(predictor.unknown_count());
-  return search(cost, p, constant_positions(shown, fixed), shown, bounds, options, handover, predictor, start);
+  const std::unique_ptr<PenaltyCost> penalty = penalty_cost(options, model, shown, predictor);
+  return search(cost, penalty.get(), p, constant_positions(shown, fixed), shown, bounds, options, handover, predictor,
+                start);
 }
 
-Search search_eliminated(const Predictor& predictor, const Eigen::VectorXd& p, const std::vector<Index>& fixed,
-                         const std::vector<Index>& eliminated, const ParameterBounds& bounds,
-                         const RefitOptions& options, Clock::time_point start) {
+Search search_eliminated(const Model& model, const Predictor& predictor, const Eigen::VectorXd& p,
+                         const std::vector<Index>& fixed, const std::vector<Index>& eliminated,
+                         const ParameterBounds& bounds, const RefitOptions& options, Clock::time_point start) {
   EliminatedCost cost(predictor, eliminated, p);
   const std::vector<Index>& shown = cost.remaining();
-  Search result = search(cost, p(shown), constant_positions(shown, fixed), shown, bounds, options, Handover::compressed,
-                         predictor, start);
+  const std::unique_ptr<PenaltyCost> penalty = penalty_cost(options, model, shown, predictor);
+  Search result = search(cost, penalty.get(), p(shown), constant_positions(shown, fixed), shown, bounds, options,
+                         Handover::compressed, predictor, start);
   const Eigen::VectorXd complete = cost.complete(result.q);
   result.q = complete.size() > 0 ? complete : p;
   return result;
@@ -303,9 +360,9 @@ RefitReport refit(const Model& start, const DataSet& data, const RefitOptions& o
     report.wall_seconds = seconds_since(began);
     return report;
   }
-  const Search found = eliminated.empty()
-                           ? search_jointly(predictor, p, fixed.all, bounds, options, began)
-                           : search_eliminated(predictor, p, fixed.all, eliminated, bounds, options, began);
+  const Search found =
+      eliminated.empty() ? search_jointly(report.model, predictor, p, fixed.all, bounds, options, began)
+                         : search_eliminated(report.model, predictor, p, fixed.all, eliminated, bounds, options, began);
   report.status = found.status;
   report.message = found.message;
   report.iterations = found.iterations;

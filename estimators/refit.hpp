@@ -41,6 +41,15 @@ enum class StaticParameters {
   eliminated  ///< variable projection; Error when the chain has none
 };
 
+/// Adds N (weight (theta_k - centre))^2 to the sum of squares, N counted samples: weight in units of the output for a
+/// unit of the parameter.
+struct Penalty {
+  /// Name of the parameter, e.g. "W.alpha1".
+  std::string parameter;
+  double centre = 0.0;
+  double weight = 0.0;
+};
+
 struct RefitOptions {
   PredictionOptions prediction = {};
   ResidualForm residual_form = ResidualForm::automatic;
@@ -56,6 +65,8 @@ struct RefitOptions {
   bool hold_gauges = true;
   /// Limits of theta; the blocks' own bounds apply where none are given.
   std::optional<ParameterBounds> bounds = std::nullopt;
+  /// Pulls on parameters that variable projection does not eliminate. The covariance leaves them out.
+  std::vector<Penalty> penalties = {};
   /// Compute the covariance of the result.
   bool covariance = true;
   ProgressCallback progress = {};
