@@ -1,6 +1,7 @@
 #include <blockid/blocks/model.hpp>
 
 #include <blockid/blocks/detail/children.hpp>
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/blocks/tied.hpp>
@@ -34,6 +35,11 @@ Eigen::VectorXd extended(const Eigen::VectorXd& u, Index samples) {
   return longer;
 }
 
+Eigen::VectorXd run_from_rest(const Rescaled& block, const Eigen::VectorXd& u) {
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(block.block.state_count());
+  return run(block.block, view(block.parameters), view(x), u);
+}
+
 /// The block with every range and knot below it placed for `signal`, and its parameters; `settled` turns false where
 /// they start anew. `signal` becomes the output.
 Rescaled adapted(const AnyBlock& block, const Eigen::VectorXd& theta, Eigen::VectorXd& signal, bool& settled) {
@@ -42,15 +48,22 @@ Rescaled adapted(const AnyBlock& block, const Eigen::VectorXd& theta, Eigen::Vec
     const Tied again(placed.block, tied->ties());
     return {again, again.from_inner(view(placed.parameters))};
   }
+  if (const auto* oversampled = block.target<Oversampled>()) {
+    Eigen::VectorXd fine = oversampled->interpolated(view(signal));
+    Rescaled inner = adapted(oversampled->inner(), theta, fine, settled);
+    Rescaled placed{oversampled->around(std::move(inner.block)), std::move(inner.parameters)};
+    signal = run_from_rest(placed, signal);
+    return placed;
+  }
   const bool is_row = block.target<Series>() != nullptr;
   if (!is_row && block.target<Parallel>() == nullptr) {
     AnyBlock placed = block.adapted_to(view(signal));
     const bool same = placed.parameter_count() == block.parameter_count() && placed.arguments() == block.arguments();
     settled = settled && same;
     Eigen::VectorXd numbers = same ? theta : placed.initial_parameters();
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(placed.state_count());
-    signal = run(placed, view(numbers), view(x), signal);
-    return {std::move(placed), std::move(numbers)};
+    Rescaled result{std::move(placed), std::move(numbers)};
+    signal = run_from_rest(result, signal);
+    return result;
   }
   const Eigen::VectorXd input = signal;
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(input.size());

@@ -1,5 +1,6 @@
 #include <blockid/blocks/model_json.hpp>
 
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/blocks/text.hpp>
 #include <blockid/data/atomic_file.hpp>
@@ -260,6 +261,7 @@ void refuse_unreadable(const AnyBlock& block) {
     fail("model: a block without kind() and a place in the registry cannot be read back from JSON");
   }
   for (const LabelledBlock& child : block.children()) refuse_unreadable(child.block);
+  if (const auto* oversampled = block.target<Oversampled>()) refuse_unreadable(oversampled->inner());
 }
 
 void check_standard_deviations(const Model& model) {

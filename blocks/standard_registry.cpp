@@ -7,6 +7,7 @@
 #include <blockid/blocks/fractional_filter.hpp>
 #include <blockid/blocks/gain.hpp>
 #include <blockid/blocks/offset.hpp>
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/piecewise_linear.hpp>
 #include <blockid/blocks/polynomial.hpp>
 #include <blockid/blocks/rational.hpp>
@@ -31,6 +32,8 @@ constexpr IntegerLimits kDelay{0, 100'000};
 constexpr IntegerLimits kKnots{2, Knots::kMaxCount};
 constexpr IntegerLimits kSections{1, 500};
 constexpr IntegerLimits kUnits{1, 1'000};
+constexpr IntegerLimits kFactor{2, Oversampled::kMaxFactor};
+constexpr IntegerLimits kHalfLength{2, Oversampled::kMaxHalfLength};
 
 SignalRange signal_range(const BlockArguments& arguments) {
   const auto [lower, upper] = arguments.range("range");
@@ -167,6 +170,19 @@ void add_static(Registry& registry) {
       "static network with one hidden layer of tanh units");
 }
 
+void add_rates(Registry& registry) {
+  registry.add(
+      "oversampled",
+      {{"", "the block or row that runs at the higher rate"},
+       {"factor", "multiple of the sampling rate"},
+       {"half_length", "samples of the resampling filters on either side; default 8"}},
+      [](const BlockArguments& a) {
+        return Oversampled(a.block(), a.integer("factor", kFactor),
+                           a.integer_or("half_length", Oversampled::kDefaultHalfLength, kHalfLength));
+      },
+      "a block run at a multiple of the sampling rate, between resampling filters");
+}
+
 }  // namespace
 
 Registry standard_registry() {
@@ -174,6 +190,7 @@ Registry standard_registry() {
   add_linear(registry);
   add_static(registry);
   add_containers(registry);
+  add_rates(registry);
   return registry;
 }
 

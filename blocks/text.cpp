@@ -172,13 +172,22 @@ class Parser {
         const std::size_t place = (skip_blanks(), position_);
         // An unknown key is marked itself, any other mistake is one of the value.
         const bool known = takes(key);
-        return {std::move(key), value(), known ? place : start};
+        // No key but the label of the first block of a nested row.
+        const bool is_label = !known && takes("") && (detail::starts_name(peek()) || peek() == '(');
+        if (!is_label) return {std::move(key), value(), known ? place : start};
       }
       position_ = start;
     } else if (peek() != '[' && peek() != '(') {
       fail_expected("an argument key=value or a nested block");
     }
-    return {"", primary(), start};
+    return {"", nested(), start};
+  }
+
+  /// A row of several blocks, or of one with a label, as a Series; a single block as it is.
+  AnyBlock nested() {
+    std::vector<Item> row = items();
+    if (row.size() == 1 && row.front().labelled.label.empty()) return row.front().labelled.block;
+    return Series(distinct(std::move(row)));
   }
 
   bool takes(std::string_view key) const {

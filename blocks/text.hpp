@@ -23,7 +23,7 @@ inline constexpr int kMaxChainBlocks = 1000;
 ///            | '[' chain ('+' chain)* ']'            branches side by side, summed
 ///            | '(' chain ')'                         a row as one block
 ///   arg     := key '=' value
-///            | primary                               a nested block
+///            | chain                                 a nested block, or a row as one
 ///   value   := number | word | list
 ///   list    := '[' number (',' number)* ']'          spaces do instead of commas; two numbers also as [lower:upper]
 ///   label, kind, key, word := [A-Za-z_][A-Za-z0-9_]*

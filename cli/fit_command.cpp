@@ -10,6 +10,7 @@
 #include <blockid/cli/text_table.hpp>
 
 #include <blockid/blocks/model_json.hpp>
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/text.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/gauges.hpp>
@@ -117,7 +118,7 @@ void warn_of_extrapolation(const FitOutcome& outcome, std::vector<std::string>& 
   }
   for (std::size_t k = 0; k < leaves.size(); ++k) {
     const bool many = static_cast<double>(outside[k]) > kNotableShare * static_cast<double>(samples);
-    if (leaves[k].block.is_linear() || !leaves[k].block.is_static() || !many) continue;
+    if (leaves[k].block.is_linear() || !static_block_of(leaves[k].block) || !many) continue;
     warnings.push_back(std::to_string(outside[k]) + " of " + std::to_string(samples) + " test samples reach " +
                        leaves[k].path + " outside the range of the training data");
   }

@@ -6,6 +6,7 @@
 #include <blockid/cli/report/html.hpp>
 #include <blockid/cli/text_table.hpp>
 
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/text.hpp>
 
 #include <algorithm>
@@ -125,8 +126,10 @@ void add_static_blocks(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) 
   const std::vector<LeafBlock> leaves = leaf_blocks(outcome.model());
   const std::vector<Eigen::VectorXd> inputs = leaf_inputs(first.model, first.record.u);
   for (std::size_t k = 0; k < leaves.size(); ++k) {
-    if (!leaves[k].block.is_static() || leaves[k].block.is_linear() || !inputs[k].allFinite()) continue;
-    add_figure(page, static_figure(leaves[k], covariance_of(outcome, leaves[k]), inputs[k]), gnuplot);
+    const std::optional<AnyBlock> curve = static_block_of(leaves[k].block);
+    if (!curve || curve->is_linear() || !inputs[k].allFinite()) continue;
+    const LeafBlock shown{leaves[k].path, *curve, leaves[k].offset, leaves[k].parameters};
+    add_figure(page, static_figure(shown, covariance_of(outcome, shown), inputs[k]), gnuplot);
   }
 }
 

@@ -1,5 +1,6 @@
 #include <blockid/estimators/fit.hpp>
 
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/parallel_for.hpp>
@@ -60,7 +61,7 @@ Model with_knots_moved(const Model& model, const AnyBlock& chain, const DataSet&
   for (std::size_t k = 0; k < current.size(); ++k) {
     AnyBlock block = current[k].block;
     const AnyBlock& unsettled = wanted->children()[k].block;
-    if (unsettled.is_static() && unsettled.is_linear_in_parameters() && signals[k].allFinite()) {
+    if (static_block_of(unsettled) && unsettled.is_linear_in_parameters() && signals[k].allFinite()) {
       const AnyBlock placed = unsettled.adapted_to({signals[k].data(), static_cast<std::size_t>(signals[k].size())});
       if (placed.parameter_count() == block.parameter_count() && placed.arguments() != block.arguments()) {
         block = placed;

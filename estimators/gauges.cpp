@@ -1,5 +1,6 @@
 #include <blockid/estimators/gauges.hpp>
 
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/series.hpp>
 
@@ -111,6 +112,10 @@ void collect_row(const std::vector<Link>& row, Index base, const std::vector<Ind
 
 void collect(const AnyBlock& block, const Eigen::VectorXd& theta, Index base, const std::vector<Index>& frozen,
              std::vector<Index>& held) {
+  if (const auto* oversampled = block.target<Oversampled>()) {
+    collect(oversampled->inner(), theta, base, frozen, held);
+    return;
+  }
   const std::vector<Link> row = links(block, theta, Eigen::VectorXd::Zero(block.state_count()));
   if (block.target<Series>() != nullptr) collect_row(row, base, frozen, held);
   for (const Link& link : row) collect(link.block, link.theta, base + link.offset, frozen, held);
@@ -158,7 +163,13 @@ void move_gain(std::vector<Link>& row, std::size_t position, const Absorber& abs
     row[k].block = (*passed)[k - first - 1].block;
     row[k].theta = (*passed)[k - first - 1].parameters;
   }
-  for (std::size_t k = forward ? position : first + 1; k < (forward ? last : position); ++k) row[k].x *= between;
+  for (std::size_t k = first; k <= last; ++k) {
+    // Filters remember in units of their output; oversampled blocks remember inputs.
+    const bool remembers_inputs = row[k].block.target<Oversampled>() != nullptr;
+    const bool input_changes = k > first;
+    const bool output_changes = k < last && (forward || k > first);
+    if (remembers_inputs ? input_changes : output_changes) row[k].x *= between;
+  }
 }
 
 struct Normalised {
@@ -168,6 +179,13 @@ struct Normalised {
 };
 
 Normalised normalise_block(const AnyBlock& block, const Eigen::VectorXd& theta, const Eigen::VectorXd& x) {
+  if (const auto* oversampled = block.target<Oversampled>()) {
+    const Index history = oversampled->input_history();
+    const Normalised inner = normalise_block(oversampled->inner(), theta, x.tail(x.size() - history));
+    Eigen::VectorXd states = x;
+    states.tail(inner.x.size()) = inner.x;
+    return {oversampled->around(inner.block), inner.theta, states};
+  }
   std::vector<Link> row = links(block, theta, x);
   if (row.empty()) return {block, theta, x};
   for (Link& link : row) {

@@ -1,5 +1,6 @@
 #include <blockid/estimators/static_parameters.hpp>
 
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/blocks/tied.hpp>
@@ -29,6 +30,11 @@ void collect_tied(const Tied& tied, Index offset, std::vector<Index>& found) {
 
 void collect(const AnyBlock& block, Index offset, std::vector<Index>& found) {
   if (const auto* tied = block.target<Tied>()) return collect_tied(*tied, offset, found);
+  // Resampling is linear.
+  if (const auto* oversampled = block.target<Oversampled>()) {
+    collect(oversampled->inner(), offset, found);
+    return;
+  }
   const std::vector<LabelledBlock> children = block.children();
   if (children.empty()) {
     if (block.is_linear() || !block.is_linear_in_parameters()) return;

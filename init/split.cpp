@@ -87,22 +87,21 @@ std::vector<Candidate> split(const AnyBlock& chain, const DataSet& data, const I
   if (split_options.max_partitions < 1 || split_options.keep < 1 || split_options.ranking_samples < 0) {
     fail("exhaustive_split: max_partitions and keep must be >= 1 and ranking_samples >= 0");
   }
-  const WienerHammersteinStructure structure = wiener_hammerstein_structure(chain, "exhaustive_split");
-  const Rational* g_w = structure.g_w();
-  const Rational* g_h = structure.g_h();
   const DataSet ranking = first_samples(data, split_options.ranking_samples, options.prediction.warmup);
+  const WienerHammersteinBuilder builder(chain, "exhaustive_split", ranking, options.prediction);
+  const Rational* g_w = builder.structure().g_w();
+  const Rational* g_h = builder.structure().g_h();
 
   BlaOptions bla_options;
   bla_options.prediction = options.prediction;
   bla_options.progress = options.progress;
-  const BestLinearApproximation bla = best_linear_approximation(data, joint_orders(structure), bla_options);
+  const BestLinearApproximation bla = best_linear_approximation(data, joint_orders(builder.structure()), bla_options);
   if (bla.refit.status == FitStatus::cancelled) return {};
 
   const Partition zeros = partitions(bla.zeros, g_w != nullptr ? g_w->nb() : 0);
   const Partition poles = partitions(bla.poles, g_w != nullptr ? g_w->na() : 0);
   const std::vector<Pair> pairs =
       combinations(zeros.choices.size(), poles.choices.size(), split_options.max_partitions);
-  const WienerHammersteinBuilder builder(structure, ranking, options.prediction);
   std::vector<Candidate> candidates = detail::candidate_loop(pairs.size(), "splits", options, [&](std::size_t k) {
     const Choice& zero_choice = zeros.choices[pairs[k].zeros];
     const Choice& pole_choice = poles.choices[pairs[k].poles];

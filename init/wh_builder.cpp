@@ -1,4 +1,6 @@
 #include <blockid/blocks/gain.hpp>
+#include <blockid/blocks/oversampled.hpp>
+#include <blockid/blocks/series.hpp>
 #include <blockid/blocks/spline.hpp>
 #include <blockid/estimators/detail/unknowns.hpp>
 #include <blockid/estimators/refit.hpp>
@@ -64,16 +66,24 @@ DataSet first_samples(const DataSet& data, Index samples, Index warmup) {
   return result;
 }
 
-WienerHammersteinBuilder::WienerHammersteinBuilder(const WienerHammersteinStructure& structure, const DataSet& data,
+WienerHammersteinBuilder::WienerHammersteinBuilder(const AnyBlock& chain, const std::string& who, const DataSet& data,
                                                    const PredictionOptions& prediction)
-    : structure_(structure),
+    : chain_(chain),
+      structure_(wiener_hammerstein_structure(without_oversampling(chain), who)),
       data_(data),
-      prediction_(prediction),
-      affine_(structure.blocks[structure.static_block].block.is_linear_in_parameters()) {}
+      prediction_(prediction) {
+  affine_ = structure_.blocks[structure_.static_block].block.is_linear_in_parameters();
+  const WienerHammersteinStructure wanted = wiener_hammerstein_structure(chain, who);
+  oversampled_ = !wanted.blocks[wanted.static_block].block.is_static();
+}
+
+AnyBlock WienerHammersteinBuilder::affine_static_block() const {
+  return affine_ ? structure_.blocks[structure_.static_block].block : AnyBlock(Spline(kSurrogateKnots));
+}
 
 StaticFit WienerHammersteinBuilder::fitted(const Eigen::VectorXd& first, const Eigen::VectorXd& second) const {
   std::vector<LabelledBlock> blocks = structure_.blocks;
-  if (!affine_) blocks[structure_.static_block].block = Spline(kSurrogateKnots);
+  blocks[structure_.static_block].block = affine_static_block();
   Eigen::VectorXd v = data_.records.front().u;
   Eigen::VectorXd scaled_first = first;
   if (const Rational* g_w = structure_.g_w()) {
@@ -147,13 +157,22 @@ Model WienerHammersteinBuilder::with_own_static_block(const Model& surrogate) co
   return result;
 }
 
+/// The plain model with its static block oversampled as the chain's, and fitted anew where least squares can.
+Model WienerHammersteinBuilder::with_own_oversampling(const Model& plain) const {
+  Model model = plain;
+  const bool single = chain_.target<Series>() == nullptr;
+  model.chain = with_oversampling_of(single ? AnyBlock(Series({{"", chain_}})) : chain_, plain.chain);
+  return affine_ ? fit_static(model, data_, prediction_).model : model;
+}
+
 std::vector<Candidate> WienerHammersteinBuilder::finished(std::vector<Candidate> candidates, Index keep) const {
   std::erase_if(candidates, [](const Candidate& c) { return !std::isfinite(c.rmse); });
   std::stable_sort(candidates.begin(), candidates.end(), lower_error);
   if (std::ssize(candidates) > keep) candidates.erase(candidates.begin() + keep, candidates.end());
-  if (affine_) return candidates;
+  if (affine_ && !oversampled_) return candidates;
   for (Candidate& candidate : candidates) {
-    candidate.model = with_own_static_block(candidate.model);
+    if (!affine_) candidate.model = with_own_static_block(candidate.model);
+    if (oversampled_) candidate.model = with_own_oversampling(candidate.model);
     const Predictor predictor(candidate.model.chain, data_, prediction_);
     const double sum = predictor.sum_of_squares(detail::unknowns_of(candidate.model, predictor));
     candidate.rmse = std::sqrt(sum / static_cast<double>(predictor.counted_samples()));

@@ -23,15 +23,22 @@ BlaOrders joint_orders(const WienerHammersteinStructure& structure);
 /// The first samples behind the warm-up of each record; the whole record where that would cut its period. 0: all.
 DataSet first_samples(const DataSet& data, Index samples, Index warmup);
 
-/// Builds starting models of one structure: G_W scaled to unit output deviation, the static block placed for the signal
-/// that reaches it and fitted by least squares.
+/// Builds starting models of one chain `rational | static block | rational` (either filter may be missing): G_W scaled
+/// to unit output deviation, the static block placed for the signal that reaches it and fitted by least squares.
 ///
-/// A static block that is not linear in its parameters is represented by a spline while candidates are ranked, and then
-/// fitted to that spline's curve (finished()). Keeps references to the structure and the data.
+/// Candidates are ranked with cheaper twins: an oversampled static block without oversampling, and a spline in place of
+/// one that is not linear in its parameters. finished() puts the chain's own in their place. Keeps a reference to the
+/// data.
 class WienerHammersteinBuilder {
  public:
-  WienerHammersteinBuilder(const WienerHammersteinStructure& structure, const DataSet& data,
+  /// Throws Error for any other chain; `who` asks, for the message.
+  WienerHammersteinBuilder(const AnyBlock& chain, const std::string& who, const DataSet& data,
                            const PredictionOptions& prediction);
+
+  /// The chain without oversampling.
+  const WienerHammersteinStructure& structure() const { return structure_; }
+  /// The static block, or the spline that stands for it.
+  AnyBlock affine_static_block() const;
 
   /// first, second: theta of G_W and G_H, empty for a filter that the chain lacks. The error is infinite when the
   /// filters' signals are not finite or vanish.
@@ -43,11 +50,14 @@ class WienerHammersteinBuilder {
  private:
   StaticFit fitted(const Eigen::VectorXd& first, const Eigen::VectorXd& second) const;
   Model with_own_static_block(const Model& surrogate) const;
+  Model with_own_oversampling(const Model& plain) const;
 
-  const WienerHammersteinStructure& structure_;
+  AnyBlock chain_;
+  WienerHammersteinStructure structure_;
   const DataSet& data_;
   PredictionOptions prediction_;
   bool affine_;
+  bool oversampled_;
 };
 
 }  // namespace blockid

@@ -1,3 +1,4 @@
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/init/wh_structure.hpp>
 
@@ -24,7 +25,7 @@ WienerHammersteinStructure wiener_hammerstein_structure(const AnyBlock& chain, c
       std::optional<std::size_t>& place = middle ? result.second_filter : result.first_filter;
       if (place) expected("two filters in a row");
       place = k;
-    } else if (block.is_static() && !block.is_linear()) {
+    } else if (static_block_of(block) && !block.is_linear()) {
       if (middle) expected("two static blocks");
       middle = k;
     } else {

@@ -22,8 +22,8 @@ struct WienerHammersteinStructure {
   const Rational* g_h() const;
 };
 
-/// Takes apart `rational | static | rational` (either filter may be missing). Throws Error for any other chain; `who`
-/// asks, for the message.
+/// Takes apart `rational | static | rational` (either filter may be missing); the static block may be oversampled.
+/// Throws Error for any other chain; `who` asks, for the message.
 WienerHammersteinStructure wiener_hammerstein_structure(const AnyBlock& chain, const std::string& who);
 
 }  // namespace blockid

@@ -70,6 +70,11 @@ struct Kernels {
   /// overlap.
   void (*convolve_columns)(const double* h, KernelIndex n, const double* input, KernelIndex input_stride,
                            double* output, KernelIndex output_stride, KernelIndex rows, KernelIndex columns);
+
+  /// target_r = sum_k weights[k outputs + r] row_k, r < outputs <= 8, k < inputs, over the first `columns` columns of
+  /// row-major tiles; columns up to the next multiple of 8 are written too.
+  void (*mix_rows)(const double* weights, KernelIndex inputs, KernelIndex outputs, const double* data,
+                   KernelIndex stride, double* target, KernelIndex target_stride, KernelIndex columns);
 };
 
 /// Instruction sets in the order of preference.

@@ -427,6 +427,61 @@ bool negated_rows(const double* data, KernelIndex rows, KernelIndex stride, Kern
   }
 }
 
+/// `Outputs` sums of the same rows, over `Groups` vectors of columns: they stay in registers.
+template <int Outputs, int Groups>
+void mix_group(const double* weights, KernelIndex inputs, const double* data, KernelIndex stride, double* target,
+               KernelIndex target_stride) {
+  Vec sum[Outputs][Groups] = {};
+  for (KernelIndex k = 0; k < inputs; ++k) {
+    Vec row[Groups];
+    for (int g = 0; g < Groups; ++g) row[g] = load(data + k * stride + g * kWidth);
+    for (int r = 0; r < Outputs; ++r) {
+      const double weight = weights[k * Outputs + r];
+      for (int g = 0; g < Groups; ++g) sum[r][g] += weight * row[g];
+    }
+  }
+  for (int r = 0; r < Outputs; ++r) {
+    for (int g = 0; g < Groups; ++g) store(target + r * target_stride + g * kWidth, sum[r][g]);
+  }
+}
+
+template <int Outputs>
+void mix_rows_fixed(const double* weights, KernelIndex inputs, const double* data, KernelIndex stride, double* target,
+                    KernelIndex target_stride, KernelIndex columns) {
+  constexpr int kGroups = 2;
+  constexpr KernelIndex kStep = kGroups * kWidth;
+  const KernelIndex padded = (columns + 7) / 8 * 8;
+  KernelIndex c = 0;
+  for (; c + kStep <= padded; c += kStep) {
+    mix_group<Outputs, kGroups>(weights, inputs, data + c, stride, target + c, target_stride);
+  }
+  if (c < padded) mix_group<Outputs, 1>(weights, inputs, data + c, stride, target + c, target_stride);
+}
+
+void mix_rows(const double* weights, KernelIndex inputs, KernelIndex outputs, const double* data, KernelIndex stride,
+              double* target, KernelIndex target_stride, KernelIndex columns) {
+  switch (outputs) {
+    case 1:
+      return mix_rows_fixed<1>(weights, inputs, data, stride, target, target_stride, columns);
+    case 2:
+      return mix_rows_fixed<2>(weights, inputs, data, stride, target, target_stride, columns);
+    case 3:
+      return mix_rows_fixed<3>(weights, inputs, data, stride, target, target_stride, columns);
+    case 4:
+      return mix_rows_fixed<4>(weights, inputs, data, stride, target, target_stride, columns);
+    case 5:
+      return mix_rows_fixed<5>(weights, inputs, data, stride, target, target_stride, columns);
+    case 6:
+      return mix_rows_fixed<6>(weights, inputs, data, stride, target, target_stride, columns);
+    case 7:
+      return mix_rows_fixed<7>(weights, inputs, data, stride, target, target_stride, columns);
+    case 8:
+      return mix_rows_fixed<8>(weights, inputs, data, stride, target, target_stride, columns);
+    default:
+      return;
+  }
+}
+
 // ---------------------------------------------------------------------------------------------------------------
 // Normal equations
 
@@ -654,6 +709,7 @@ void convolve_columns(const double* h, KernelIndex n, const double* input, Kerne
 extern const Kernels kTable;
 const Kernels kTable = {BLOCKID_KERNEL_NAME, filter_signal, filter_columns,  filter_tangents,
                         shifted_columns,     add_gram,      chebyshev,       chebyshev_tangents,
-                        scale_rows,          negated_rows,  convolve_signal, convolve_columns};
+                        scale_rows,          negated_rows,  convolve_signal, convolve_columns,
+                        mix_rows};
 
 }  // namespace blockid::detail::BLOCKID_KERNEL_SET

@@ -5,6 +5,7 @@
 #include <blockid/blocks/delay.hpp>
 #include <blockid/blocks/fir.hpp>
 #include <blockid/blocks/fractional_filter.hpp>
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/polynomial.hpp>
 #include <blockid/blocks/rational.hpp>
@@ -57,6 +58,8 @@ std::vector<LabelledBlock> blocks() {
           {"tanh_network", TanhNetwork(4)},
           {"static custom block", CustomTanh{}},
           {"custom block with state", CustomLag{}},
+          {"oversampled", Oversampled(Spline(12, SignalRange{-2, 2}), 4)},
+          {"oversampled chain", Oversampled(wiener_hammerstein, 4)},
           {"chain", wiener_hammerstein},
           {"sum", Parallel({{"a", wiener_hammerstein}, {"b", CustomLag{}}})}};
 }

@@ -6,6 +6,7 @@
 #include <blockid/blocks/fir.hpp>
 #include <blockid/blocks/gain.hpp>
 #include <blockid/blocks/offset.hpp>
+#include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/piecewise_linear.hpp>
 #include <blockid/blocks/polynomial.hpp>
@@ -60,6 +61,7 @@ Eigen::VectorXd random_parameters(const AnyBlock& block, UniformNumbers& numbers
     theta.tail(rational->na()) = random_denominator(rational->na(), 0.9, numbers);
     return theta;
   }
+  if (const auto* oversampled = block.target<Oversampled>()) return random_parameters(oversampled->inner(), numbers);
   if (block.target<CustomLag>() != nullptr) return near(Eigen::Vector3d(0.5, 1.0, 0.3), 0.3, numbers);
   if (block.target<CustomTanh>() != nullptr) return near(Eigen::Vector2d(1.0, 1.0), 0.5, numbers);
   if (!block.children().empty()) {

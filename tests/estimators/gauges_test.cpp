@@ -97,22 +97,28 @@ TEST(GainGaugesTest, AFrozenGainTakesThePlaceOfAHold) {
 }
 
 std::vector<Model> models() {
-  return {testing::wiener(),
-          testing::hammerstein(),
-          testing::linear(),
-          testing::parallel_branches(),
-          model_of("G1=rational(nb=2,na=2) | f=polynomial(degree=3) | G2=rational(nb=1,na=2)",
-                   {0.3, -0.7, 0.2, -1.2, 0.52, 0.5, 3.0, 0.4, -0.5, 0.1, -2.3, -0.9, 0.2}),
-          model_of("A=biquads(sections=1) | f=spline(knots=3) | B=fir(nb=1) | C=gain",
-                   {-2, 0.1, 0.3, 0.1, 0.1, -1, -0.3, 0.3, 1, 0.8, 0.5, 2, -3}),
-          model_of("A=fir(nb=1) | d=delay(samples=2) | f=piecewise_linear(knots=3) | e=delay(samples=1) | "
-                   "B=rational(nb=0,na=1)",
-                   {0.4, -0.6, -1, 0.2, 3, 0.25, -0.5}),
-          model_of("A=gain | t=tanh_network(units=1) | (B=gain | (C=fir(nb=1) | g=polynomial(degree=2))) | D=gain",
-                   {0.5, 0.1, 0.3, 1, 2, 0.2, 4, 0.2, 0.3, 0.1, 0.5, 0.7, -2}),
-          model_of("A=gain | s=saturation | B=gain", {2, -1, 1, 3}),
-          model_of("A=gain | z=dead_zone | d=delay(samples=2) | B=rational(nb=0,na=1)", {-2, -0.5, 0.8, 3, 0.4}),
-          model_of("f=polynomial(degree=1) | d=delay(samples=1) | s=saturation | B=gain", {0.1, 1, -0.4, 0.6, -3})};
+  return {
+      testing::wiener(),
+      testing::hammerstein(),
+      testing::linear(),
+      testing::parallel_branches(),
+      model_of("G1=rational(nb=2,na=2) | f=polynomial(degree=3) | G2=rational(nb=1,na=2)",
+               {0.3, -0.7, 0.2, -1.2, 0.52, 0.5, 3.0, 0.4, -0.5, 0.1, -2.3, -0.9, 0.2}),
+      model_of("A=biquads(sections=1) | f=spline(knots=3) | B=fir(nb=1) | C=gain",
+               {-2, 0.1, 0.3, 0.1, 0.1, -1, -0.3, 0.3, 1, 0.8, 0.5, 2, -3}),
+      model_of("A=fir(nb=1) | d=delay(samples=2) | f=piecewise_linear(knots=3) | e=delay(samples=1) | "
+               "B=rational(nb=0,na=1)",
+               {0.4, -0.6, -1, 0.2, 3, 0.25, -0.5}),
+      model_of("A=gain | t=tanh_network(units=1) | (B=gain | (C=fir(nb=1) | g=polynomial(degree=2))) | D=gain",
+               {0.5, 0.1, 0.3, 1, 2, 0.2, 4, 0.2, 0.3, 0.1, 0.5, 0.7, -2}),
+      model_of("A=gain | s=saturation | B=gain", {2, -1, 1, 3}),
+      model_of("A=gain | z=dead_zone | d=delay(samples=2) | B=rational(nb=0,na=1)", {-2, -0.5, 0.8, 3, 0.4}),
+      model_of("f=polynomial(degree=1) | d=delay(samples=1) | s=saturation | B=gain", {0.1, 1, -0.4, 0.6, -3}),
+      model_of("A=rational(nb=1,na=1) | d=delay(samples=1) | f=oversampled(spline(knots=3),factor=2,half_length=3) | "
+               "B=fir(nb=1)",
+               {0.5, -2, -0.4, 0.3, 0.1, -1, -0.3, 0.3, 1, 3}),
+      model_of("A=gain | c=oversampled(G=rational(nb=1,na=1) | f=polynomial(degree=2) | H=gain,factor=3) | B=gain",
+               {2, 0.4, -0.5, -0.3, 0.1, 0.5, 0.7, -2, 3})};
 }
 
 class NormaliseTest : public ::testing::TestWithParam<std::size_t> {};
