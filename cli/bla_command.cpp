@@ -43,6 +43,9 @@ Eigen::MatrixXd robust_covariance(const BestLinearApproximation& bla, const Data
 
 int run_bla(const BlaCommand& command) {
   const InterruptGuard guard;
+  if (command.transient_periods > 0 && command.data.period < 1) {
+    fail("--transient-periods: expected --period N with the samples in one period of the input");
+  }
   check_outputs({command.json, command.report});
   if (!command.report.empty()) announce_missing_gnuplot(std::cerr);
   BlaOptions options;
@@ -81,6 +84,7 @@ int run_bla(const BlaCommand& command) {
   if (!data.test.records.empty()) {
     outcome.test = evaluate(outcome.bla.model, deviations(data.test, outcome.bla), options.prediction);
   }
+  outcome.measured = measure_bla(data.train, command.data.period > 0, command.transient_periods, outcome.warnings);
   outcome.covariance = robust_covariance(outcome.bla, train, options.prediction);
   const bool cancelled = interrupted();
   if (cancelled) outcome.warnings.emplace_back("interrupted: this is the best result so far");

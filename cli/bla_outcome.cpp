@@ -29,6 +29,16 @@ Json roots_json(const std::vector<std::complex<double>>& roots, double sample_ti
   return list;
 }
 
+/// Position of the smallest number; the size of the table when there is none.
+std::size_t smallest(const std::vector<BlaScore>& table, double BlaScore::*figure) {
+  std::size_t best = table.size();
+  for (std::size_t k = 0; k < table.size(); ++k) {
+    if (std::isnan(table[k].*figure)) continue;
+    if (best == table.size() || table[k].*figure < table[best].*figure) best = k;
+  }
+  return best;
+}
+
 std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
   return {name,
           number(metrics.rmse),
@@ -48,6 +58,18 @@ const BlaScore& best_score(const std::vector<BlaScore>& table) {
   };
   return *std::min_element(table.begin(), table.end(),
                            [&](const BlaScore& a, const BlaScore& b) { return key(a) < key(b); });
+}
+
+std::string marks(const BlaOutcome& outcome, std::size_t k) {
+  const BlaScore& score = outcome.table[k];
+  std::string text = same(score.orders, outcome.orders) ? "chosen" : "";
+  const auto add = [&](double BlaScore::*figure, const char* mark) {
+    if (k == smallest(outcome.table, figure)) text += (text.empty() ? "" : ", ") + std::string(mark);
+  };
+  add(&BlaScore::aic, "best AIC");
+  add(&BlaScore::bic, "best BIC");
+  add(&BlaScore::validation_rmse, "best test");
+  return text;
 }
 
 DataSet deviations(const DataSet& data, const BestLinearApproximation& bla) {
@@ -83,12 +105,12 @@ void print_bla(std::ostream& stream, const BlaOutcome& outcome) {
                      {"test RMSE", Align::right},
                      {"", Align::left}},
                     {}};
-    for (const BlaScore& score : outcome.table) {
-      table.rows.push_back({std::to_string(score.orders.nb), std::to_string(score.orders.na),
-                            std::to_string(score.orders.nk), number(score.rmse), number(score.aic, 8),
-                            number(score.bic, 8),
-                            std::isnan(score.validation_rmse) ? "-" : number(score.validation_rmse),
-                            same(score.orders, outcome.orders) ? "chosen" : ""});
+    for (std::size_t k = 0; k < outcome.table.size(); ++k) {
+      const BlaScore& score = outcome.table[k];
+      table.rows.push_back(
+          {std::to_string(score.orders.nb), std::to_string(score.orders.na), std::to_string(score.orders.nk),
+           number(score.rmse), number(score.aic, 8), number(score.bic, 8),
+           std::isnan(score.validation_rmse) ? "-" : number(score.validation_rmse), marks(outcome, k)});
     }
     print(stream, table);
   }
@@ -107,6 +129,10 @@ void print_bla(std::ostream& stream, const BlaOutcome& outcome) {
          << with_unit(number(outcome.bla.input_mean), outcome.input_unit) << ", output mean "
          << with_unit(number(outcome.bla.output_mean), outcome.output_unit) << "\n  noise and nonlinear distortion "
          << with_unit(number(outcome.bla.rmse), outcome.output_unit) << '\n';
+  if (outcome.measured) {
+    stream << "  measured: " << method_text(*outcome.measured) << '\n';
+    for (const std::string& text : verdict_texts(*outcome.measured)) stream << "  " << text << '\n';
+  }
   TextTable table{
       {{"", Align::left}, {"root", Align::right}, {"modulus", Align::right}, {"natural frequency Hz", Align::right}},
       {}};
@@ -147,6 +173,13 @@ Json bla_json(const BlaOutcome& outcome) {
   const LinearRoots roots = bla_roots(outcome);
   Json result = {{"format", "blockid-bla"}, {"version", BLOCKID_VERSION}};
   result["order_table"] = table;
+  const auto add_best = [&](const char* name, double BlaScore::*figure) {
+    const std::size_t k = smallest(outcome.table, figure);
+    if (k < outcome.table.size()) result["best_orders"][name] = orders_json(outcome.table[k].orders);
+  };
+  add_best("aic", &BlaScore::aic);
+  add_best("bic", &BlaScore::bic);
+  add_best("validation_rmse", &BlaScore::validation_rmse);
   result["orders"] = orders_json(outcome.orders);
   result["choice"] = outcome.choice;
   result["start"] = outcome.bla.how;
@@ -159,6 +192,7 @@ Json bla_json(const BlaOutcome& outcome) {
   result["zeros"] = roots_json(roots.zeros, model.sample_time_s);
   result["train"] = metrics_json(outcome.train.total);
   if (outcome.test) result["test"] = metrics_json(outcome.test->total);
+  if (outcome.measured) result["frequency_response"] = measured_json(*outcome.measured);
   result["data"] = {{"source", outcome.source},
                     {"input", model.input_name},
                     {"output", model.output_name},

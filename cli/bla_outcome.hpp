@@ -4,6 +4,7 @@
 #include <blockid/cli/evaluation.hpp>
 #include <blockid/cli/leaf_blocks.hpp>
 #include <blockid/cli/load_data.hpp>
+#include <blockid/cli/measured_bla.hpp>
 #include <blockid/cli/report/bode_band.hpp>
 #include <blockid/init/bla.hpp>
 
@@ -32,6 +33,8 @@ struct BlaOutcome {
   /// Of the deviations from the means.
   Evaluation train = {};
   std::optional<Evaluation> test = std::nullopt;
+  /// Without a model; none when the data cannot give it.
+  std::optional<MeasuredBla> measured = std::nullopt;
   /// (n_theta, n_theta) robust to nonlinear distortions, or empty when it could not be had.
   Eigen::MatrixXd covariance = {};
   std::vector<std::string> warnings = {};
@@ -39,6 +42,9 @@ struct BlaOutcome {
 
 /// The entry of the table with the smallest validation RMSE, or the smallest BIC when there is no validation.
 const BlaScore& best_score(const std::vector<BlaScore>& table);
+
+/// "chosen, best AIC, best BIC, best test": what holds of score k of the table.
+std::string marks(const BlaOutcome& outcome, std::size_t k);
 
 /// Data as deviations from the means that the approximation has found.
 DataSet deviations(const DataSet& data, const BestLinearApproximation& bla);

@@ -48,11 +48,10 @@ Evaluation evaluate(const Model& model, const DataSet& data, const PredictionOpt
   Evaluation result;
   for (std::size_t k = 0; k < data.records.size(); ++k) {
     ScoredRecord scored{.record = data.records[k], .yhat = {}, .model = model, .metrics = {}};
-    if (options.initial_state == InitialState::estimated) {
-      scored.model.initial_state =
-          k < states.size() ? states[k] : estimate_initial_state(model, scored.record, options.warmup);
+    if (k < states.size()) {
+      scored.model.initial_state = states[k];
     } else {
-      scored.model.initial_state.resize(0);
+      scored.model = placed_on(model, scored.record, options);
     }
     scored.yhat = predict(scored.model, scored.record, options);
     scored.metrics = evaluate_metrics(scored.record.y, scored.yhat, options.warmup, scored.record.weights);

@@ -83,6 +83,8 @@ struct BlaCommand {
   std::string report;
   int max_order = 6;
   int max_delay = 0;
+  /// Periods at the start of each range that the frequency response leaves out.
+  std::int64_t transient_periods = 0;
   /// NB,NA[,NK]; empty: chosen from the order table.
   std::vector<int> orders;
 };

@@ -172,6 +172,12 @@ void add_bla(CLI::App& program, BlaCommand& command) {
   add_data_options(app, command.data, Output::required, "");
   add_ranges(app, command.ranges);
   add_scoring(app, command.scoring, kStates);
+  app.add_option("--transient-periods", command.transient_periods,
+                 "periods at the start of each range that the measured frequency response leaves out; with --period "
+                 "(default: 0)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group("Scoring");
   const std::string group = "Orders";
   constexpr int kMostOrders = 50;
   CLI::Option* const max_order =

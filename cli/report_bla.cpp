@@ -27,11 +27,10 @@ void add_orders(HtmlPage& page, const BlaOutcome& outcome) {
   if (outcome.table.empty()) return;
   page.heading("Orders");
   std::vector<std::vector<std::string>> rows;
-  for (const BlaScore& score : outcome.table) {
-    const bool chosen = score.orders.nb == outcome.orders.nb && score.orders.na == outcome.orders.na &&
-                        score.orders.nk == outcome.orders.nk;
+  for (std::size_t k = 0; k < outcome.table.size(); ++k) {
+    const BlaScore& score = outcome.table[k];
     rows.push_back({to_text(score.orders), number(score.rmse), number(score.aic, 8), number(score.bic, 8),
-                    std::isnan(score.validation_rmse) ? "-" : number(score.validation_rmse), chosen ? "chosen" : ""});
+                    std::isnan(score.validation_rmse) ? "-" : number(score.validation_rmse), marks(outcome, k)});
   }
   page.table({"orders", "RMSE", "AIC", "BIC", "test RMSE", ""}, rows);
 }
@@ -93,6 +92,10 @@ std::string bla_report(const BlaOutcome& outcome) {
       bode_figure("G", bode_band(leaf.block, leaf.parameters, outcome.covariance, frequencies, model.sample_time_s),
                   points),
       gnuplot);
+  if (outcome.measured) {
+    for (const std::string& text : verdict_texts(*outcome.measured)) page.paragraph(text);
+    add_figure(page, lines_figure(*outcome.measured, leaf), gnuplot);
+  }
   const LinearRoots roots = bla_roots(outcome);
   add_figure(page, pole_zero_figure("G", roots), gnuplot);
   add_roots(page, outcome, roots);

@@ -399,4 +399,13 @@ Eigen::VectorXd estimate_initial_state(const Model& model, const Record& record,
   return refit(start, record, options).model.initial_state;
 }
 
+Model placed_on(Model model, const Record& record, const PredictionOptions& options) {
+  if (options.initial_state == InitialState::estimated) {
+    model.initial_state = estimate_initial_state(model, record, options.warmup);
+  } else {
+    model.initial_state.resize(0);
+  }
+  return model;
+}
+
 }  // namespace blockid

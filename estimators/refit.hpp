@@ -133,4 +133,8 @@ Eigen::VectorXd predict(const Model& model, const Record& record, const Predicti
 /// The state at the start of `record` that fits its output best, all parameters of the model kept.
 Eigen::VectorXd estimate_initial_state(const Model& model, const Record& record, Index warmup = 0);
 
+/// The model as it starts on `record`: with the state that fits the record best when states are estimated, otherwise
+/// without one. What a model is judged by on data that it was not fitted to.
+Model placed_on(Model model, const Record& record, const PredictionOptions& options);
+
 }  // namespace blockid

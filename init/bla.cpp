@@ -3,6 +3,7 @@
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/accumulators.hpp>
 #include <blockid/estimators/detail/parallel_for.hpp>
+#include <blockid/estimators/detail/unknowns.hpp>
 #include <blockid/init/bla.hpp>
 
 #include <algorithm>
@@ -102,11 +103,17 @@ Model rational_model(const BlaOrders& orders, Eigen::VectorXd theta, double samp
   return model;
 }
 
+/// sqrt(sum r^2 / counted samples), each record from its own initial state.
 double output_error(const Model& model, const DataSet& data, const PredictionOptions& options) {
-  const Predictor predictor(model.chain, data, options);
-  Eigen::VectorXd p = Eigen::VectorXd::Zero(predictor.unknown_count());
-  p.head(model.parameters.size()) = model.parameters;
-  return std::sqrt(predictor.sum_of_squares(p) / static_cast<double>(predictor.counted_samples()));
+  double sum = 0.0;
+  Index counted = 0;
+  for (const Record& record : data.records) {
+    const DataSet alone(record);
+    const Predictor predictor(model.chain, alone, options);
+    sum += predictor.sum_of_squares(detail::unknowns_of(placed_on(model, record, options), predictor));
+    counted += predictor.counted_samples();
+  }
+  return std::sqrt(sum / static_cast<double>(counted));
 }
 
 void check_orders(const BlaOrders& orders) {

@@ -28,20 +28,6 @@ constexpr Index kBins = 60;
 /// Below, a measured frequency response is mostly noise.
 constexpr double kLeastCoherence = 0.7;
 
-/// Colours that differ in print and for most kinds of colour blindness.
-constexpr const char* kStyles = R"(
-set style line 1 lc rgb '#111827' lw 1.6
-set style line 2 lc rgb '#2563eb' lw 1.4
-set style line 3 lc rgb '#dc2626' lw 1.1
-set style line 4 lc rgb '#9ca3af' lw 1 dt 2
-set style line 9 lc rgb '#e5e7eb' lw 1
-set border 3 lc rgb '#6b7280'
-set grid ls 9
-set tics nomirror out scale 0.6 textcolor rgb '#374151'
-set key outside top right horizontal samplen 2 textcolor rgb '#374151'
-set lmargin 11
-)";
-
 constexpr const char* kBandColour = "fillcolor rgb '#93c5fd' fillstyle transparent solid 0.55 noborder";
 
 /// Two panels with one abscissa; the upper takes `share` of the height.
@@ -147,7 +133,7 @@ Figure zoom_figure(const ScoredRecord& scored, const std::string& set, Index beg
                 .script = {},
                 .height = 440};
   figure.script =
-      kStyles +
+      kFigureStyles +
       data_block(
           "d", {t, record.y.segment(first, length), scored.yhat.segment(first, length), error.segment(first, length)}) +
       x_range(t) + upper_panel(0.62) + "set ylabel " + quoted(axis_label(record.output_name, record.output_unit)) +
@@ -171,7 +157,7 @@ Figure whole_figure(const ScoredRecord& scored, const std::string& set, Index be
                            " stretches of the record; the warm-up is not scored and shows no error.",
                 .script = {},
                 .height = 420};
-  figure.script = kStyles + data_block("d", {t, measured.lower, measured.upper, error.lower, error.upper}) +
+  figure.script = kFigureStyles + data_block("d", {t, measured.lower, measured.upper, error.lower, error.upper}) +
                   x_range(t) + upper_panel(0.62) + "set ylabel " +
                   quoted(axis_label(record.output_name, record.output_unit)) +
                   "\nplot $d using 1:2:3 with filledcurves fillcolor rgb '#4b5563' title 'measured'\n" +
@@ -202,8 +188,8 @@ Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand
   if (has_points)
     figure.caption +=
         " Points: averaged cross spectrum over input spectrum, no model involved, where the coherence is above 0.7.";
-  std::string script = kStyles + data_block("d", {band.frequency_hz, band.magnitude_db, low_db, high_db, band.phase_deg,
-                                                  low_deg, high_deg});
+  std::string script = kFigureStyles + data_block("d", {band.frequency_hz, band.magnitude_db, low_db, high_db,
+                                                        band.phase_deg, low_deg, high_deg});
   if (has_points)
     script += data_block("m", {measured.frequency_hz, measured.magnitude_db, phase_beside(measured, band)});
   const auto panel = [&](int column) {
@@ -237,7 +223,7 @@ Figure pole_zero_figure(const std::string& name, const LinearRoots& roots) {
   if (!zeros.beyond.empty()) figure.caption += " Beyond the picture: zeros at " + zeros.beyond + ".";
   if (!poles.beyond.empty()) figure.caption += " Beyond the picture: poles at " + poles.beyond + ".";
   const std::string reach = number(map_reach(zeros, poles), 4);
-  std::string script = kStyles;
+  std::string script = kFigureStyles;
   if (zeros.real.size() > 0) script += data_block("z", {zeros.real, zeros.imaginary});
   if (poles.real.size() > 0) script += data_block("p", {poles.real, poles.imaginary});
   script += "set size ratio -1\nset lmargin 8\nset xrange [-" + reach + ":" + reach + "]\nset yrange [-" + reach + ":" +
@@ -264,7 +250,7 @@ Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, c
                 .height = 400};
   if (has_band) figure.caption += " Shaded: 2 standard deviations.";
   figure.script =
-      kStyles + data_block("h", {counts.centre, 100.0 * counts.share}) +
+      kFigureStyles + data_block("h", {counts.centre, 100.0 * counts.share}) +
       data_block("d", {band.u, band.f, band.f - 2.0 * band.deviation, band.f + 2.0 * band.deviation}) + x_range(grid) +
       "set border 11\nset rmargin 9\nset xlabel " + quoted("input of " + leaf.path) + "\nset ylabel " +
       quoted("output of " + leaf.path) +
@@ -292,7 +278,8 @@ Figure autocorrelation_figure(const ScoredRecord& scored, const std::string& set
                  "shows in the cross-correlation above.",
       .script = {},
       .height = 300};
-  figure.script = kStyles + data_block("d", {VectorXd::LinSpaced(lags, 1.0, static_cast<double>(lags)), r.tail(lags)}) +
+  figure.script = kFigureStyles +
+                  data_block("d", {VectorXd::LinSpaced(lags, 1.0, static_cast<double>(lags)), r.tail(lags)}) +
                   "band = " + number(band, 8) + "\nset xrange [0.5:" + number(static_cast<double>(lags) + 0.5) +
                   "]\nset xlabel 'lag [samples]'\nset ylabel 'correlation'\nplot $d using 1:2 with impulses ls 2 "
                   "lw 2.5 title 'residual', band with lines ls 4 title '99 % band', -band with lines ls 4 notitle\n";
@@ -315,7 +302,7 @@ Figure cross_correlation_figure(const ScoredRecord& scored, const std::string& s
                            "taken into account). Positive lags: the residual follows the input.",
                 .script = {},
                 .height = 300};
-  figure.script = kStyles + data_block("d", {VectorXd::LinSpaced(r.size(), -width, width), r}) +
+  figure.script = kFigureStyles + data_block("d", {VectorXd::LinSpaced(r.size(), -width, width), r}) +
                   "band = " + number(band, 8) + "\nset xrange [" + number(-width - 0.5) + ":" + number(width + 0.5) +
                   "]\nset xlabel 'lag [samples]'\nset ylabel 'correlation'\nplot $d using 1:2 with impulses ls 2 "
                   "lw 2.5 title 'input and residual', band with lines ls 4 title '99 % band', -band with lines ls 4 "
@@ -337,7 +324,8 @@ Figure spectrum_figure(const ScoredRecord& scored, const std::string& set) {
                            std::to_string(segment) + " samples.",
                 .script = {},
                 .height = 340};
-  figure.script = kStyles + data_block("d", {output.frequency_hz, decibels(output.density), decibels(error.density)}) +
+  figure.script = kFigureStyles +
+                  data_block("d", {output.frequency_hz, decibels(output.density), decibels(error.density)}) +
                   x_range(output.frequency_hz) + "set xlabel 'frequency [Hz]'\nset ylabel " +
                   quoted("density [dB re " + unit + "]") +
                   "\nplot $d using 1:2 with lines ls 1 title 'measured output', $d using 1:3 with lines ls 3 title "

@@ -1,5 +1,6 @@
 // The program's commands on small files, checked by values.
 #include "cli/program.hpp"
+#include "support/signals.hpp"
 #include "support/temp_dir.hpp"
 
 #include <blockid/data/atomic_file.hpp>
@@ -389,6 +390,109 @@ TEST_F(Program, BlaChoosesFromTheOrderTable) {
   EXPECT_EQ(r["choice"], "smallest test RMSE");
   EXPECT_TRUE(r["order_table"][0]["validation_rmse"].is_number());
   EXPECT_THAT(test.out, HasSubstr("chosen"));
+}
+
+/// Realisations of 3 periods of 200 samples of a random-phase multisine, one after another; y by `system` from v, the
+/// input behind v_t = u_t + 0.5 v_{t-1}, and noise. The first period is transient.
+template <class System>
+void write_realisations(const std::filesystem::path& file, int realisations, double noise, const System& system) {
+  constexpr int kPeriod = 200;
+  constexpr int kLines = 60;
+  blockid::testing::Noise numbers(5);
+  std::string text = "u,y\n";
+  for (int m = 0; m < realisations; ++m) {
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(kPeriod);
+    for (int k = 1; k <= kLines; ++k) {
+      const double phase = 2.0 * std::numbers::pi * numbers.uniform();
+      for (int t = 0; t < kPeriod; ++t) u[t] += 0.2 * std::cos(2.0 * std::numbers::pi * k * t / kPeriod + phase);
+    }
+    double v = 0.0;
+    for (int t = 0; t < 3 * kPeriod; ++t) {
+      v = u[t % kPeriod] + 0.5 * v;
+      text += std::to_string(u[t % kPeriod]) + "," + std::to_string(system(v) + noise * numbers.normal()) + "\n";
+    }
+  }
+  blockid::write_file_atomically(file, text);
+}
+
+Arguments periodic_bla_arguments(const std::string& file) {
+  Arguments arguments = {"bla",
+                         file,
+                         "--input",
+                         "u",
+                         "--output",
+                         "y",
+                         "--rate",
+                         "1000",
+                         "--orders",
+                         "0,1",
+                         "--period",
+                         "200",
+                         "--transient-periods",
+                         "1",
+                         "--json",
+                         "bla.json",
+                         "--warmup",
+                         "20"};
+  for (int m = 0; m < 5; ++m) {
+    arguments.insert(arguments.end(), {"--train", std::to_string(600 * m) + ":" + std::to_string(600 * (m + 1))});
+  }
+  return arguments;
+}
+
+TEST_F(Program, BlaTellsNoiseFromDistortion) {
+  write_realisations(folder_ / "cubic.csv", 5, 0.05, [](double v) { return v + 0.05 * v * v * v; });
+  Arguments arguments = periodic_bla_arguments("cubic.csv");
+  arguments.insert(arguments.end(), {"--report", "bla.html"});
+  const ProgramRun cubic = run(arguments);
+  ASSERT_EQ(cubic.code, 0) << cubic.err;
+  EXPECT_THAT(cubic.out, HasSubstr("robust method, 5 realisations of 2 periods, 60 lines"));
+  EXPECT_THAT(cubic.out, HasSubstr("Nonlinear distortion is "));
+  const json r = result("bla.json")["frequency_response"];
+  EXPECT_EQ(r["noise_degrees_of_freedom"], 5);
+  EXPECT_EQ(r["total_degrees_of_freedom"], 4);
+  ASSERT_EQ(r["frequency_hz"].size(), 60u);
+  EXPECT_NEAR(r["frequency_hz"][1].get<double>(), 10.0, 1e-9);
+  EXPECT_EQ(r["distortion_variance"].size(), 60u);
+  EXPECT_GT(r["distortion"]["distortion_db"].get<double>(), r["distortion"]["noise_db"].get<double>());
+  // White noise in 60 of the 100 lines; 300 degrees of freedom, so that 0.3 is five deviations.
+  EXPECT_NEAR(r["distortion"]["noise_power"].get<double>(), 0.6 * 0.0025, 0.3 * 0.6 * 0.0025);
+  EXPECT_FALSE(r["vanishing"]["vanishes"]);
+  const std::string page = blockid::read_file(folder_ / "bla.html");
+  EXPECT_THAT(page, HasSubstr("<figure id=\"bla-lines\">"));
+  EXPECT_THAT(page, HasSubstr("Nonlinear distortion is "));
+
+  write_realisations(folder_ / "linear.csv", 5, 0.05, [](double v) { return v; });
+  const ProgramRun linear = run(periodic_bla_arguments("linear.csv"));
+  ASSERT_EQ(linear.code, 0) << linear.err;
+  EXPECT_THAT(linear.out, HasSubstr("No nonlinear distortion above the noise"));
+  EXPECT_EQ(result("bla.json")["frequency_response"]["distortion"]["kind"], "none");
+}
+
+TEST_F(Program, BlaSaysWhenItVanishes) {
+  write_realisations(folder_ / "even.csv", 5, 0.05, [](double v) { return v * v; });
+  const ProgramRun even = run(periodic_bla_arguments("even.csv"));
+  ASSERT_EQ(even.code, 0) << even.err;
+  EXPECT_THAT(even.out, HasSubstr("The linear approximation vanishes"));
+  EXPECT_TRUE(result("bla.json")["frequency_response"]["vanishing"]["vanishes"]);
+}
+
+TEST_F(Program, BlaOfAnyInputHasNoiseAndDistortionTogether) {
+  const ProgramRun bla = run(
+      {"bla", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--max-order", "3", "--json", "bla.json"});
+  ASSERT_EQ(bla.code, 0) << bla.err;
+  EXPECT_THAT(bla.out, HasSubstr("local polynomial method"));
+  EXPECT_THAT(bla.out, HasSubstr("Noise and nonlinear distortion together"));
+  EXPECT_THAT(bla.out, HasSubstr("best AIC"));
+  EXPECT_THAT(bla.out, HasSubstr("best BIC"));
+  EXPECT_EQ(bla.out.find("best test"), std::string::npos);
+  const json r = result("bla.json");
+  EXPECT_EQ(r["frequency_response"]["distortion"]["kind"], "unknown");
+  EXPECT_EQ(r["best_orders"]["bic"], r["orders"]);
+  const ProgramRun wrong =
+      run({"bla", "data.csv", "--input", "u", "--output", "y", "--rate", "1000", "--transient-periods", "1"});
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_THAT(wrong.err, HasSubstr("--period"));
 }
 
 TEST_F(Program, InfoOfDataAndModel) {

@@ -209,5 +209,19 @@ TEST(OrderTableTest, CountsTheSamplesBehindTheWarmup) {
   EXPECT_NEAR(score.bic, 300.0 * std::log(score.rmse * score.rmse) + 3.0 * std::log(300.0), 1e-6);
 }
 
+TEST(OrderTableTest, EstimatesTheStateOfValidationRecordsWhereThoseOfTheTrainingRecordsAre) {
+  // Both records begin in mid-run: at rest, the model would miss the transient, far larger than the noise of 0.1.
+  constexpr double kNoise = 0.1;
+  const Model truth = model_of("G=rational(nb=0,na=1)", {1.0, -0.9});
+  const Record whole = simulated_record(truth, 1400, kNoise, 29);
+  BlaOptions options;
+  options.prediction.initial_state = InitialState::estimated;
+  const DataSet validation = std::vector<Record>{slice(whole, 1100, 1200), slice(whole, 1250, 1400)};
+  const BlaScore score = bla_order_table(slice(whole, 100, 1100), validation, 1, 0, options).front();
+  EXPECT_NEAR(score.validation_rmse, kNoise, 0.2 * kNoise);
+  options.prediction.initial_state = InitialState::zero;
+  EXPECT_GT(bla_order_table(slice(whole, 100, 1100), validation, 1, 0, options).front().validation_rmse, 3.0 * kNoise);
+}
+
 }  // namespace
 }  // namespace blockid
