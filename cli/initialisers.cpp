@@ -1,6 +1,10 @@
 #include <blockid/cli/initialisers.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/init/classify.hpp>
+#include <blockid/init/combined.hpp>
+#include <blockid/init/random_starts.hpp>
+#include <blockid/init/release.hpp>
 #include <blockid/init/split.hpp>
 
 #include <string_view>
@@ -9,6 +13,11 @@ namespace blockid::cli {
 
 std::vector<NamedInitialiser> initialisers() {
   return {
+      {"fractional", "exponents of the best linear approximation's roots: release and classify",
+       [] { return fractional(); }},
+      {"release", "expansions of both filters set free, then reduced", [] { return release(); }},
+      {"classify", "fractional exponents rounded", [] { return classify(); }},
+      {"random", "random stable filters", [] { return random_starts(); }},
       {"split", "all ways to split the best linear approximation between the filters",
        [] { return exhaustive_split(); }},
       {"none", "the blocks' own initial parameters", [] { return no_initialiser(); }},
