@@ -16,6 +16,7 @@ namespace blockid {
 ///
 /// theta = [lower, upper], (2,). No state. Where lower > upper both conditions may hold: the first counts.
 /// Derivatives at a kink are those of the dead zone: dy/du = 0 where u equals a limit.
+/// Acts on the samples; oversampled() lets it act between them.
 class DeadZone {
  public:
   std::string kind() const { return "dead_zone"; }

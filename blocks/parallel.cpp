@@ -13,7 +13,7 @@ Parallel::Parallel(std::vector<LabelledBlock> branches) : blocks_(std::move(bran
   for (const LabelledBlock& branch : blocks_) {
     if (branch.block.latency() != latency()) {
       fail("parallel: all branches must have the same latency, got ", latency(), " and ", branch.block.latency(),
-           " samples; add a delay to the faster branch");
+           " samples; oversample all branches alike, or the sum as a whole");
     }
   }
   parameter_count_ = offsets.parameters.back();

@@ -20,6 +20,7 @@ namespace blockid {
 ///
 /// theta = [v_1 .. v_K], (K,): the values at the knots k_1 < .. < k_K. No state.
 /// At a knot dy/du is the slope of the piece on its right, at the last knot that of the last piece.
+/// Acts on the samples; oversampled() lets it act between them.
 class PiecewiseLinear {
  public:
   /// Knots uniform on [-1, 1] until adapted_to() places them. Throws Error unless 2 <= knots <= 1000.

@@ -16,6 +16,7 @@ namespace blockid {
 ///
 /// theta = [lower, upper], (2,). No state. With lower > upper the output is upper throughout.
 /// Derivatives at a kink are those of the linear part between the limits: dy/du = 1 where u equals a limit.
+/// Acts on the samples; oversampled() lets it act between them.
 class Saturation {
  public:
   std::string kind() const { return "saturation"; }

@@ -21,6 +21,7 @@ namespace blockid {
 ///
 /// theta = [c_1 .. c_{K+2}], (K + 2,): the ends are free, c_1 and c_{K+2} are the values at k_1 and k_K. No state.
 /// Every cubic spline with these knots is one theta, and every input touches four coefficients (two beyond the ends).
+/// Acts on the samples; oversampled() lets it act between them.
 /// Source: de Boor, A Practical Guide to Splines, 1978, chapters IX and X.
 class Spline {
  public:

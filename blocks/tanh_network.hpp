@@ -17,6 +17,7 @@ namespace blockid {
 ///
 /// theta = [d, e, w_1, s_1, t_1, w_2, s_2, t_2, ...], (2 + 3 units,). No state. On the range x lies within [-1, 1], so
 /// that slopes and shifts are of order one whatever the unit of u. Beyond the range the function goes on as such.
+/// Acts on the samples; oversampled() lets it act between them.
 class TanhNetwork {
  public:
   /// Range [-1, 1] until adapted_to() places it. Throws Error unless units >= 1.

@@ -20,7 +20,7 @@
 namespace blockid {
 namespace {
 
-constexpr Index kMostCoefficients = 120;
+constexpr Index kMostCoefficients = 60;
 constexpr double kExpansionTolerance = 0.01;
 
 std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
@@ -112,7 +112,7 @@ class Classifier {
         settings_(settings),
         roots_(expandable_roots(bla.poles, bla.zeros)) {
     for (const std::complex<double>& pole : roots_.finite.poles) inner_poles_.push_back(group_of(pole));
-    const Index wanted = expansion_length(inner_poles_, bla.zeros, kExpansionTolerance, kMostCoefficients);
+    const Index wanted = expansion_length(inner_poles_, {}, kExpansionTolerance, kMostCoefficients);
     length_ = settings.coefficients > 0 ? settings.coefficients : wanted;
     double sum = 0.0;
     Index count = 0;

@@ -12,7 +12,7 @@ struct ClassifyOptions {
   int iterations = 30;
   /// Pull of the exponents to 1/2, in standard deviations of the output for a unit: without it they wander to +-50.
   double pull = 3e-3;
-  /// Coefficients of the expansions; 0: until the slowest root has died to 1 %, 120 at most.
+  /// Coefficients of the expansions; 0: until the slowest pole has died to 1 %, 60 at most.
   Index coefficients = 0;
   /// Roundings of each fit that become candidates: the nearest one and its neighbours.
   Index neighbours = 4;

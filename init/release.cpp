@@ -21,10 +21,10 @@ namespace blockid {
 namespace {
 
 constexpr Index kFewestCoefficients = 20;
-constexpr Index kMostCoefficients = 120;
+constexpr Index kMostCoefficients = 60;
 /// Unknowns for each sample that a free expansion may use up.
 constexpr double kCoefficientsPerSample = 0.1;
-/// Length of the expansion: what its slowest root has died to.
+/// Length of the expansion: what its slowest pole has died to. Half a zero dies faster than a pole of its radius.
 constexpr double kExpansionTolerance = 0.01;
 /// Levenberg-Marquardt iterations of a reduction, which has next to no noise.
 constexpr int kReductionIterations = 40;
@@ -69,7 +69,7 @@ class Releaser {
  private:
   Index length(const BestLinearApproximation& bla) const {
     if (release_.coefficients > 0) return release_.coefficients;
-    const Index wanted = expansion_length(bla.poles, bla.zeros, kExpansionTolerance, kMostCoefficients);
+    const Index wanted = expansion_length(bla.poles, {}, kExpansionTolerance, kMostCoefficients);
     const auto affordable = static_cast<Index>(kCoefficientsPerSample * static_cast<double>(total_samples(data_)));
     return std::max<Index>(std::min(std::max(wanted, kFewestCoefficients), affordable), 1);
   }

@@ -6,10 +6,10 @@
 namespace blockid {
 
 struct ReleaseOptions {
-  /// Coefficients of each expansion; 0: until the slowest root has died to 1 %, within [20, 120].
+  /// Coefficients of each expansion; 0: until the slowest pole has died to 1 %, within [20, 60].
   Index coefficients = 0;
   /// Starts: exponents of 1/2 first, then near-corner exponents drawn from InitialiserOptions::seed.
-  int starts = 6;
+  int starts = 4;
   /// Levenberg-Marquardt iterations of the free coefficients.
   int iterations = 12;
   /// Samples of each record that are used; 0 for all.

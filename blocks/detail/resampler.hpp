@@ -3,6 +3,7 @@
 
 #include <blockid/blocks/block.hpp>
 
+#include <algorithm>
 #include <span>
 #include <vector>
 

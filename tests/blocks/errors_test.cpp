@@ -134,7 +134,9 @@ TEST(BlockErrorsTest, BranchesOfUnequalLatency) {
   EXPECT_EQ(complaint([] {
               Parallel({{"a", Gain{}}, {"b", Late{}}});
             }),
-            "parallel: all branches must have the same latency, got 0 and 3 samples; add a delay to the faster branch");
+            "parallel: all branches must have the same latency, got 0 and 3 samples; oversample all branches alike, or "
+            "the sum as a "
+            "whole");
   EXPECT_EQ(complaint([] { Parallel({{"a", Late{}}, {"b", Late{}}}); }), "nothing thrown");
 }
 

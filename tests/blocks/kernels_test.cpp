@@ -398,5 +398,34 @@ TEST_P(KernelsTest, ConvolveColumnsIsTheSumInEachColumn) {
   }
 }
 
+TEST_P(KernelsTest, MixRowsWeighsTheSameRowsForEveryOutput) {
+  UniformNumbers numbers(13);
+  for (Index outputs = 1; outputs <= 8; ++outputs) {
+    for (const Index inputs : {0, 1, 2, 15, 30}) {
+      for (const Index columns : {0, 1, 7, 8, 9, 16, 19, 24, 33, 40}) {
+        const Index stride = padded(columns) + 8;
+        const Index target_stride = padded(columns) + 16;
+        const Eigen::VectorXd weights = numbers.vector(inputs * outputs);
+        const Eigen::VectorXd data = numbers.vector(1 + inputs * stride);
+        Eigen::VectorXd target = Eigen::VectorXd::Constant(1 + (outputs + 1) * target_stride, kNaN);
+        kernels_->mix_rows(weights.data(), inputs, outputs, data.data() + 1, stride, target.data() + 1, target_stride,
+                           columns);
+        for (Index r = 0; r <= outputs; ++r) {
+          for (Index c = 0; c < target_stride; ++c) {
+            const double got = target[1 + r * target_stride + c];
+            if (r == outputs || c >= padded(columns)) {
+              ASSERT_TRUE(std::isnan(got)) << "wrote to row " << r << ", column " << c << " of " << columns;
+            } else if (c < columns) {
+              double sum = 0.0;
+              for (Index k = 0; k < inputs; ++k) sum += weights[k * outputs + r] * data[1 + k * stride + c];
+              ASSERT_NEAR(got, sum, kRounding) << "outputs " << outputs << ", inputs " << inputs << ", column " << c;
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace blockid::detail

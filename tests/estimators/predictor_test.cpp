@@ -71,6 +71,13 @@ std::vector<NamedModel> models() {
       make_model(Series({{"G", Rational(1, 1)}, {"l", Lag{}}, {"f", Polynomial(2)}, {"H", Rational(0, 2)}}));
   set(lagging.parameters, {1.0, 0.2, -0.5, 1.3, 0.2, 0.7, 0.3, 0.9, -0.6, 0.2});
   list.push_back({"latency", lagging});
+  list.push_back({"oversampled", model_of("G=rational(nb=1,na=1) | "
+                                          "f=oversampled(polynomial(degree=2,range=[-3:3]),factor=3,half_length=2) | "
+                                          "H=rational(nb=0,na=1)",
+                                          {1.0, 0.2, -0.5, 0.3, 1.2, 0.4, 0.9, -0.6})});
+  list.push_back({"oversampled_chain", model_of("oversampled(G=rational(nb=1,na=1) | f=tanh_network(units=1) | "
+                                                "H=rational(nb=0,na=1),factor=2,half_length=3)",
+                                                {1.0, 0.2, -0.7, 0.1, 0.6, 0.8, 1.1, -0.3, 0.9, -0.6})});
   return list;
 }
 
@@ -207,7 +214,7 @@ INSTANTIATE_TEST_SUITE_P(All, PredictorTwin,
 class PredictorLengths : public ::testing::TestWithParam<Index> {};
 
 TEST_P(PredictorLengths, AroundTheTileSizes) {
-  for (const std::size_t which : {std::size_t{1}, std::size_t{7}}) {
+  for (const std::size_t which : {std::size_t{1}, std::size_t{7}, std::size_t{8}}) {
     const NamedModel named = models()[which];
     SCOPED_TRACE(named.name);
     expect_dense(named.model, arbitrary_record(GetParam(), 0, 41), {InitialState::zero, 0, 1});

@@ -108,5 +108,54 @@ INSTANTIATE_TEST_SUITE_P(Known, WienerHammersteinRecovery,
                                   instance.param.block.substr(0, instance.param.block.find('('));
                          });
 
+// f acts at four times the rate, as in a circuit: the plain chain folds its harmonics back, the oversampled one does
+// not.
+struct FineCase {
+  std::string f;
+  Eigen::VectorXd theta;
+};
+
+class OversampledRecovery : public ::testing::TestWithParam<FineCase> {};
+
+AnyBlock around(const std::string& f) { return parse("G1=rational(nb=2,na=2) | f=" + f + " | G2=rational(nb=2,na=2)"); }
+
+double identified_rmse(const std::string& f, const Record& record) {
+  FitOptions options;
+  options.threads = 2;
+  return fit(around(f), record, exhaustive_split(), options).report.rmse;
+}
+
+double deviation(const Eigen::VectorXd& y) { return std::sqrt((y.array() - y.mean()).square().mean()); }
+
+TEST_P(OversampledRecovery, ReachesTheNoiseThatThePlainChainMisses) {
+  constexpr Index kSamples = 4000;
+  Noise numbers(21);
+  const Filter first = random_filter(2, numbers);
+  const Filter second = random_filter(2, numbers);
+  const std::string fine = "oversampled(" + GetParam().f + ",factor=4)";
+  Record record;
+  record.u = numbers.white(kSamples);
+  Model filter = make_model(Rational(2, 2));
+  filter.parameters = first.theta;
+  const double gain = 1.0 / deviation(simulate(filter, record.u));
+  Model system = make_model(around(fine));
+  system.parameters << gain * first.theta.head(3), first.theta.tail(2), GetParam().theta, second.theta;
+  record.y = simulate(system, record.u);
+  const double noise = kNoise * deviation(record.y);
+  record.y += numbers.white(kSamples, noise);
+  const double rmse = identified_rmse(fine, record);
+  EXPECT_LT(rmse, kSuccess * noise);
+  EXPECT_GT(rmse, 0.9 * noise);
+  const double plain = identified_rmse(GetParam().f, record);
+  RecordProperty("plain_over_noise", std::to_string(plain / noise));
+  EXPECT_GT(plain, 1.5 * noise);
+}
+
+INSTANTIATE_TEST_SUITE_P(Known, OversampledRecovery,
+                         ::testing::Values(FineCase{"saturation", Eigen::Vector2d(-0.8, 1.1)},
+                                           FineCase{"polynomial(degree=3,range=[-4:4])",
+                                                    Eigen::Vector4d(0.5, 1.5, 2.0, -1.5)}),
+                         [](const auto& instance) { return instance.param.f.substr(0, instance.param.f.find('(')); });
+
 }  // namespace
 }  // namespace blockid
