@@ -1,0 +1,159 @@
+#include <blockid/problems/measured.hpp>
+
+#include <blockid/data/error.hpp>
+#include <blockid/data/load.hpp>
+#include <blockid/data/mat.hpp>
+
+#include <cstdlib>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace blockid::problems {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Eigen::Index kWarmup = 50;
+constexpr double kMilli = 1e3;
+
+/// folder / relative; throws Error unless it is a file.
+fs::path existing(const fs::path& folder, const std::string& relative) {
+  fs::path file = folder / relative;
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) {
+    fail("measured record ", file.string(), " is not here; BLOCKID_DATA_DIR names the folder that holds ", relative);
+  }
+  return file;
+}
+
+/// The record with its output, measured in V, in mV.
+Record in_millivolt(Record record) {
+  record.y *= kMilli;
+  record.output_unit = "mV";
+  return record;
+}
+
+Record named(Record record, std::string name) {
+  record.name = std::move(name);
+  return record;
+}
+
+std::vector<PublishedFigure> figures_of_2009() {
+  return {
+      {"SUBNET encoder", 0.241, "mV", "Beintema, Toth, Schoukens 2021"},
+      {"quadratic best linear approximation", 0.279, "mV", "Schoukens, Tiels, Ishteva 2014"},
+      {"best split", 0.30, "mV", "Sjoberg, Lauwers, Schoukens 2012 (0.28 to 0.30)"},
+      {"NL-LFR", 0.294, "mV", "Schoukens, Toth 2020"},
+      {"PNLSS", 0.42, "mV", "Paduart 2012"},
+      {"dynoNet", 0.452, "mV", "Forgione, Piga 2021"},
+  };
+}
+
+}  // namespace
+
+fs::path data_folder() {
+  if (const char* given = std::getenv("BLOCKID_DATA_DIR"); given != nullptr && *given != '\0') return given;
+  std::error_code ignored;
+  const fs::path start = fs::current_path(ignored);
+  for (fs::path here = start; !here.empty(); here = here.parent_path()) {
+    const fs::path candidate = here / "shared" / "data";
+    if (fs::is_directory(candidate, ignored)) return candidate;
+    if (here == here.parent_path()) break;
+  }
+  return fs::path("..") / "shared" / "data";
+}
+
+Problem wiener_hammerstein_2009(const fs::path& folder) {
+  LoadSpec spec;
+  spec.path = existing(folder, "wh2009/WienerHammerBenchMark.mat");
+  spec.input = "uBenchMark";
+  spec.output = "yBenchMark";
+  spec.rate_from = "fs";
+  const Record whole = in_millivolt(load_record(spec));
+  return {.name = "wh2009",
+          .description = "SYSID'09 Wiener-Hammerstein circuit: filter, diode and resistor, filter",
+          .train = slice(whole, 5200, 105200),
+          .test = slice(whole, 105200, 184000),
+          .warmup = kWarmup,
+          .unit = "mV",
+          .published = figures_of_2009()};
+}
+
+Problem wiener_hammerstein_process_noise(const fs::path& folder) {
+  const auto load = [](const fs::path& path, const std::string& column, const std::string& name) {
+    LoadSpec spec;
+    spec.path = path;
+    spec.input = "dataMeas.r" + column;
+    spec.output = "dataMeas.y" + column;
+    spec.rate_from = "dataMeas.fs";
+    return named(in_millivolt(load_record(spec)), name);
+  };
+  const fs::path estimation = existing(folder, "wh_process_noise/WH_EstimationExample.mat");
+  const fs::path test = existing(folder, "wh_process_noise/WH_TestDataset.mat");
+  std::vector<Record> train;
+  const Eigen::Index realisations = MatFile(estimation).matrix("dataMeas.y").cols();
+  for (Eigen::Index k = 0; k < realisations; ++k) {
+    train.push_back(load(estimation, compose("[", k, "]"), compose("realisation ", k)));
+  }
+  return {.name = "wh_process_noise",
+          .description = "Wiener-Hammerstein circuit with process noise before the nonlinearity; tested without",
+          .train = std::move(train),
+          .test = std::vector<Record>{load(test, "[0]", "multisine"), load(test, "[1]", "swept sine")},
+          .warmup = kWarmup,
+          .unit = "mV"};
+}
+
+Problem heat_exchanger(const fs::path& folder) {
+  LoadSpec spec;
+  spec.path = existing(folder, "daisy/exchanger.dat");
+  spec.input = "2";
+  spec.output = "3";
+  spec.sample_time_s = 1.0;
+  Record whole = load_record(spec);
+  whole.output_unit = "degC";
+  return {.name = "heat_exchanger",
+          .description = "liquid-saturated steam heat exchanger, flow to temperature",
+          .train = slice(whole, 0, 3000),
+          .test = slice(whole, 3000, 4000),
+          .warmup = kWarmup,
+          .unit = "degC"};
+}
+
+Problem cascaded_tanks(const fs::path& folder) {
+  const fs::path file = existing(folder, "cascaded_tanks/dataBenchmark.mat");
+  const auto load = [&file](const std::string& suffix, const std::string& name) {
+    LoadSpec spec;
+    spec.path = file;
+    spec.input = "u" + suffix;
+    spec.output = "y" + suffix;
+    spec.sample_time_from = "Ts";
+    Record record = named(load_record(spec), name);
+    record.output_unit = "V";
+    return record;
+  };
+  return {.name = "cascaded_tanks",
+          .description = "two tanks with overflow, pump voltage to level",
+          .train = load("Est", "estimation"),
+          .test = load("Val", "validation"),
+          .warmup = kWarmup,
+          .unit = "V"};
+}
+
+Problem silverbox(const fs::path& folder) {
+  LoadSpec spec;
+  spec.path = existing(folder, "silverbox/SNLS80mV.mat");
+  spec.input = "V1";
+  spec.output = "V2";
+  spec.rate_hz = 610.35;
+  const Record whole = in_millivolt(load_record(spec));
+  return {.name = "silverbox",
+          .description = "Duffing-like circuit; trained on multisines, tested on the arrow",
+          .train = slice(whole, 40650, 105712),
+          .test = slice(whole, 100, 40575),
+          .warmup = kWarmup,
+          .unit = "mV"};
+}
+
+}  // namespace blockid::problems
