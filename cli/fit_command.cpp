@@ -44,7 +44,7 @@ Start start_of(const FitCommand& command) {
     const Model model = load_model(command.init);
     return {model.chain, start_from(model), blockid::to_text(model.chain), model.sample_time_s};
   }
-  Initialiser initialiser = initialiser_by_name(command.init);
+  Initialiser initialiser = initialiser_by_name(command.init, command.starts);
   if (command.model.empty()) fail("--model is required, e.g. --model \"G=rational(nb=2,na=2) | f=spline(knots=10)\"");
   try {
     return {parse(command.model), std::move(initialiser), command.model, std::nullopt};

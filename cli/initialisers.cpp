@@ -11,16 +11,34 @@
 
 namespace blockid::cli {
 
+namespace {
+
+/// Options with their number of starts replaced unless it is 0.
+template <class Options>
+Options with_starts(int starts) {
+  Options options;
+  if (starts > 0) options.starts = starts;
+  return options;
+}
+
+}  // namespace
+
 std::vector<NamedInitialiser> initialisers() {
   return {
-      {"fractional", "exponents of the best linear approximation's roots: release and classify",
-       [] { return fractional(); }},
-      {"release", "expansions of both filters set free, then reduced", [] { return release(); }},
-      {"classify", "fractional exponents rounded", [] { return classify(); }},
-      {"random", "random stable filters", [] { return random_starts(); }},
+      {"fractional", "exponents of the best linear approximation's roots, by both roads below",
+       [](int starts) {
+         return fractional(
+             {.classify = with_starts<ClassifyOptions>(starts), .release = with_starts<ReleaseOptions>(starts)});
+       }},
+      {"release", "expansions of both filters set free, then reduced",
+       [](int starts) { return release(with_starts<ReleaseOptions>(starts)); }},
+      {"classify", "fractional exponents rounded",
+       [](int starts) { return classify(with_starts<ClassifyOptions>(starts)); }},
       {"split", "all ways to split the best linear approximation between the filters",
-       [] { return exhaustive_split(); }},
-      {"none", "the blocks' own initial parameters", [] { return no_initialiser(); }},
+       [](int) { return exhaustive_split(); }},
+      {"random", "random stable filters",
+       [](int starts) { return random_starts(with_starts<RandomStartsOptions>(starts)); }},
+      {"none", "the blocks' own initial parameters", [](int) { return no_initialiser(); }},
   };
 }
 
@@ -30,10 +48,10 @@ std::string describe_initialisers() {
   return text + "FILE.json (a saved model)";
 }
 
-Initialiser initialiser_by_name(const std::string& name) {
+Initialiser initialiser_by_name(const std::string& name, int starts) {
   std::string known;
   for (const NamedInitialiser& entry : initialisers()) {
-    if (entry.name == name) return entry.make();
+    if (entry.name == name) return entry.make(starts);
     known += entry.name + ", ";
   }
   fail("--init: there is no initialiser '", name, "'; expected ", known, "or a model file *.json");

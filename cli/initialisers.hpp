@@ -13,7 +13,8 @@ namespace blockid::cli {
 struct NamedInitialiser {
   std::string name;
   std::string description;
-  std::function<Initialiser()> make;
+  /// `starts`: how many starts of its own kind it tries; 0 for its default.
+  std::function<Initialiser(int starts)> make;
 };
 
 /// All of them, in the order of the help text. A new initialiser is one more entry.
@@ -22,8 +23,8 @@ std::vector<NamedInitialiser> initialisers();
 /// "split (...), none (...), FILE.json (...)" for help texts.
 std::string describe_initialisers();
 
-/// Throws Error that lists the names.
-Initialiser initialiser_by_name(const std::string& name);
+/// starts: see NamedInitialiser. Throws Error that lists the names.
+Initialiser initialiser_by_name(const std::string& name, int starts = 0);
 
 /// Whether `--init` names a model file: *.json.
 bool is_model_file(const std::string& init);

@@ -58,7 +58,9 @@ struct FitCommand {
   RunOptions run;
   OutputOptions outputs;
   std::string model;
-  std::string init = "split";
+  std::string init = "fractional";
+  /// Starts that the initialiser tries; 0 for its own default.
+  int starts = 0;
   int best = 0;
   int max_iterations = 300;
   std::vector<std::string> frozen;

@@ -122,8 +122,14 @@ void add_fit(CLI::App& program, FitCommand& command) {
          "left out only when --init names a model file")
       ->type_name("TEXT")
       ->group(group);
-  app.add_option("--init", command.init, "where the search starts: " + describe_initialisers() + " (default: split)")
+  app.add_option("--init", command.init,
+                 "where the search starts: " + describe_initialisers() + " (default: fractional)")
       ->type_name("NAME|FILE.json")
+      ->group(group);
+  app.add_option("--starts", command.starts,
+                 "starts that fractional, release, classify and random try (default: a few; random 16)")
+      ->type_name("K")
+      ->check(CLI::Range(1, 100000))
       ->group(group);
   app.add_option("--best", command.best,
                  "starting models that are refitted (default: " + std::to_string(FitOptions{}.best) + ")")

@@ -492,5 +492,32 @@ TEST(InitialStateTest, IsRecovered) {
   EXPECT_EQ(estimate_initial_state(model_of("k=gain", {2.0}), record).size(), 0);
 }
 
+// Least squares with the rows of a penalty: for a model linear in its one parameter the minimum is known.
+TEST(RefitTest, PenaltyPullsAsItsRowSays) {
+  Model start = testing::model_of("g=gain", {0.0});
+  Record record;
+  record.u = testing::Noise(7).white(200);
+  record.y = 3.0 * record.u + 0.1 * testing::Noise(8).white(200);
+  RefitOptions options;
+  options.covariance = false;
+  options.static_parameters = StaticParameters::joint;
+  options.penalties = {{"g.k", 1.0, 0.7}};
+  const RefitReport report = refit(start, record, options);
+  const double n = 200.0;
+  const double expected = (record.u.dot(record.y) + n * 0.7 * 0.7 * 1.0) / (record.u.squaredNorm() + n * 0.7 * 0.7);
+  // The gradient at the stop is that of a quadratic whose value changes by less than 1e-10 of itself.
+  EXPECT_NEAR(report.model.parameters[0], expected, 1e-5);
+  options.penalties = {{"g.k", 1.0, -1.0}};
+  EXPECT_THAT(BLOCKID_MESSAGE(refit(start, record, options)), HasSubstr("g.k"));
+}
+
+TEST(RefitTest, PenaltyOnAnEliminatedParameterIsAnError) {
+  RefitOptions options;
+  options.static_parameters = StaticParameters::eliminated;
+  options.penalties = {{"f.c1", 0.0, 1.0}};
+  const Model truth = testing::wiener_hammerstein();
+  EXPECT_THAT(BLOCKID_MESSAGE(refit(truth, simulated_record(truth, 300, kNoise, 1), options)), HasSubstr("f.c1"));
+}
+
 }  // namespace
 }  // namespace blockid
