@@ -26,6 +26,8 @@ namespace {
 
 /// Share of test samples outside the range of the training data from which the user is told.
 constexpr double kNotableShare = 1e-3;
+/// Word for a chain chosen from the data.
+constexpr const char* kAutomaticModel = "wh";
 
 /// The chain to identify and where the search begins.
 struct Start {
@@ -141,6 +143,15 @@ void write_results(const FitOutcome& outcome, const OutputOptions& outputs) {
   if (!outputs.report.empty()) write_output(outputs.report, fit_report(outcome));
 }
 
+/// `--model wh`: everything but the family of chains is chosen from the data.
+bool chooses_structure(const FitCommand& command) { return command.model == kAutomaticModel; }
+
+void check_automatic(const FitCommand& command) {
+  if (!command.frozen.empty())
+    fail("--freeze: --model wh chooses the chain itself; name one to freeze parameters of it");
+  if (is_model_file(command.init)) fail("--model wh chooses the start itself; leave --init ", command.init, " out");
+}
+
 }  // namespace
 
 FitOutcome make_outcome(FitResult fit, const SplitData& data, const PredictionOptions& prediction,
@@ -212,12 +223,17 @@ int exit_code(const FitOutcome& outcome) {
 
 int run_fit(const FitCommand& command) {
   const InterruptGuard guard;
-  const Start start = start_of(command);
-  check_frozen(start.chain, command.frozen);
+  std::optional<Start> start;
+  if (chooses_structure(command)) {
+    check_automatic(command);
+  } else {
+    start = start_of(command);
+    check_frozen(start->chain, command.frozen);
+  }
   check_outputs({command.outputs.model, command.outputs.json, command.outputs.report});
   if (!command.outputs.report.empty()) announce_missing_gnuplot(std::cerr);
   const PredictionOptions prediction = prediction_options(command.scoring, command.data.period);
-  const SplitData data = split(load(command.data, start.sample_time_s), command.ranges);
+  const SplitData data = split(load(command.data, start ? start->sample_time_s : std::nullopt), command.ranges);
 
   FitOptions options;
   options.refit.prediction = prediction;
@@ -226,16 +242,23 @@ int run_fit(const FitCommand& command) {
   if (command.best > 0) options.best = command.best;
   options.seed = command.run.seed;
   options.threads = thread_count(command.run);
+  std::string text = start ? start->text : std::string();
+  std::vector<StructureScore> tried;
   FitResult fit = [&] {
     ProgressDisplay display(progress_style(command.run.quiet), std::cerr, command.data.output_unit);
     options.progress = [&display](const Progress& progress) { return display(progress); };
-    return blockid::fit(start.chain, data.train, start.initialiser, options);
+    if (start) return blockid::fit(start->chain, data.train, start->initialiser, options);
+    AutomaticResult chosen = fit_wiener_hammerstein(data.train, {.fit = options});
+    text = chosen.chain;
+    tried = std::move(chosen.tried);
+    return std::move(chosen.fit);
   }();
 
   FitOutcome outcome = make_outcome(std::move(fit), data, prediction, command.frozen);
   outcome.source = command.data.file;
-  outcome.requested_model = start.text;
-  outcome.init = command.init;
+  outcome.requested_model = text;
+  outcome.structures = std::move(tried);
+  outcome.init = start ? command.init : "structures by validation";
   outcome.seed = command.run.seed;
   outcome.threads = options.threads;
   if (!command.run.quiet) print_fit(std::cout, outcome);

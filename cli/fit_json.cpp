@@ -15,6 +15,17 @@ Json ranges_json(const std::vector<Range>& ranges) {
   return list;
 }
 
+nlohmann::ordered_json structures_json(const FitOutcome& outcome) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const StructureScore& score : outcome.structures) {
+    list.push_back({{"model", score.chain},
+                    {"validation_rmse", finite_or_null(score.validation_rmse)},
+                    {"parameters", score.parameters},
+                    {"taken", score.taken}});
+  }
+  return list;
+}
+
 Json candidates_json(const FitOutcome& outcome) {
   Json list = Json::array();
   for (const Trial& trial : outcome.fit.trials) {
@@ -78,6 +89,7 @@ Json fit_json(const FitOutcome& outcome) {
     result["test"]["ranges"] = ranges_json(outcome.test_ranges);
   }
   result["noise_standard_deviation"] = finite_or_null(noise_standard_deviation(outcome));
+  if (!outcome.structures.empty()) result["structures"] = structures_json(outcome);
   result["candidates"] = candidates_json(outcome);
   result["parameter_table"] = parameters_json(outcome);
   if (report.covariance) {

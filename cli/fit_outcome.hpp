@@ -5,6 +5,7 @@
 #include <blockid/cli/load_data.hpp>
 #include <blockid/cli/options.hpp>
 #include <blockid/estimators/fit.hpp>
+#include <blockid/init/automatic.hpp>
 
 #include <nlohmann/json.hpp>
 
@@ -39,6 +40,8 @@ struct FitOutcome {
   Evaluation train = {};
   std::optional<Evaluation> test = std::nullopt;
   std::vector<std::string> warnings = {};
+  /// What was tried when the structure was chosen from the data.
+  std::vector<StructureScore> structures = {};
 
   /// The model as it is saved.
   const Model& model() const { return fit.model; }
@@ -60,6 +63,7 @@ Index free_count(const FitOutcome& outcome);
 /// What was done, candidates, metrics and parameters as tables on a stream.
 void print_fit(std::ostream& stream, const FitOutcome& outcome);
 void print_task(std::ostream& stream, const FitOutcome& outcome);
+void print_structures(std::ostream& stream, const FitOutcome& outcome);
 void print_candidates(std::ostream& stream, const FitOutcome& outcome);
 void print_metrics(std::ostream& stream, const FitOutcome& outcome);
 

@@ -35,6 +35,21 @@ void print_task(std::ostream& stream, const FitOutcome& outcome) {
          << initial_state_text(outcome.prediction.initial_state) << '\n';
 }
 
+void print_structures(std::ostream& stream, const FitOutcome& outcome) {
+  if (outcome.structures.empty()) return;
+  TextTable table{{{"validation RMSE", Align::right},
+                   {"parameters", Align::right},
+                   {"taken", Align::left},
+                   {"structure", Align::left}},
+                  {}};
+  for (const StructureScore& score : outcome.structures) {
+    table.rows.push_back(
+        {number(score.validation_rmse), std::to_string(score.parameters), score.taken ? "yes" : "", score.chain});
+  }
+  stream << "\nstructures, in the order they were tried\n";
+  print(stream, table);
+}
+
 void print_candidates(std::ostream& stream, const FitOutcome& outcome) {
   constexpr std::size_t kShown = 12;
   TextTable table{{{"#", Align::right},
@@ -84,6 +99,7 @@ void print_metrics(std::ostream& stream, const FitOutcome& outcome) {
 
 void print_fit(std::ostream& stream, const FitOutcome& outcome) {
   print_task(stream, outcome);
+  print_structures(stream, outcome);
   print_candidates(stream, outcome);
   print_metrics(stream, outcome);
 

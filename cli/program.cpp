@@ -116,10 +116,11 @@ void add_fit(CLI::App& program, FitCommand& command) {
   add_ranges(app, command.ranges);
   add_scoring(app, command.scoring, kStates);
   const std::string group = "Model and fit";
-  app.add_option(
-         "--model", command.model,
-         "the chain to identify, e.g. \"G1=rational(nb=3,na=3) | f=spline(knots=20) | G2=rational(nb=3,na=3)\"; "
-         "left out only when --init names a model file")
+  app.add_option("--model", command.model,
+                 "the chain to identify, e.g. \"G1=rational(nb=3,na=3) | f=spline(knots=20) | "
+                 "G2=rational(nb=3,na=3)\", or wh: a "
+                 "Wiener-Hammerstein chain with orders, delay, knots and oversampling chosen on held-back data; "
+                 "left out only when --init names a model file")
       ->type_name("TEXT")
       ->group(group);
   app.add_option("--init", command.init,

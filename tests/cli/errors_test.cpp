@@ -108,7 +108,7 @@ TEST_F(ProgramErrors, InitialiserAndFrozenNames) {
   expect(fit({{"--init", "absent.json"}, {"--model", ""}}), 1, {"absent.json"});
   expect(fit({{"--init", "absent.json"}}), 1, {"leave --model out"});
   expect(fit({{"--freeze", "G3.b0"}}), 1, {"--freeze", "G3.b0", "G1.b0"});
-  expect(fit({{"--model", "[rational(nb=1,na=1) + rational(nb=1,na=1)]"}}), 1, {"exhaustive_split"});
+  expect(fit({{"--model", "[rational(nb=1,na=1) + rational(nb=1,na=1)]"}}), 1, {"fractional"});
 }
 
 TEST_F(ProgramErrors, Data) {
