@@ -10,5 +10,6 @@ int run_simulate(const SimulateCommand& command);
 int run_bla(const BlaCommand& command);
 int run_info(const InfoCommand& command);
 int run_demo(const DemoCommand& command);
+int run_reproduce(const ReproduceCommand& command);
 
 }  // namespace blockid::cli

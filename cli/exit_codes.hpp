@@ -6,7 +6,8 @@ namespace blockid::cli {
 inline constexpr int kSuccess = 0;
 /// Unknown options, unreadable or unsuitable data, model text that does not parse.
 inline constexpr int kBadInput = 1;
-/// The fit diverged, or a simulation left the finite numbers. Results that exist are written.
+/// The fit diverged, a simulation left the finite numbers, or a published figure was missed. Results that exist are
+/// written.
 inline constexpr int kNumericalFailure = 2;
 /// A result file cannot be written.
 inline constexpr int kCannotWrite = 3;

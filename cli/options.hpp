@@ -101,4 +101,12 @@ struct DemoCommand {
   RunOptions run;
 };
 
+struct ReproduceCommand {
+  std::string name;
+  bool list = false;
+  std::uint64_t seed = 1;
+  std::string json;
+  bool quiet = false;
+};
+
 }  // namespace blockid::cli

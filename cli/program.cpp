@@ -231,12 +231,24 @@ void add_demo(CLI::App& program, DemoCommand& command) {
   add_quiet(app, command.run.quiet);
 }
 
+void add_reproduce(CLI::App& program, ReproduceCommand& command) {
+  CLI::App& app = *program.add_subcommand(
+      "reproduce", "compute the figures of a publication anew and compare; exit code 2 when one is missed");
+  app.footer(kExitCodesText);
+  app.add_option("NAME", command.name, "publication, one of --list");
+  app.add_flag("--list", command.list, "show the publications and end (default: off)");
+  app.add_option("--seed", command.seed, "seed of the simulated data (default: 1)")->type_name("N");
+  add_file(app, "--json", command.json, "published and reproduced figures as JSON");
+  add_quiet(app, command.quiet)->group("Results");
+}
+
 struct Commands {
   FitCommand fit;
   SimulateCommand simulate;
   BlaCommand bla;
   InfoCommand info;
   DemoCommand demo;
+  ReproduceCommand reproduce;
 };
 
 /// The program's own words for a mistake that the parser would call a missing subcommand.
@@ -256,7 +268,8 @@ int dispatch(const CLI::App& app, const Commands& commands) {
   if (name == "simulate") return run_simulate(commands.simulate);
   if (name == "bla") return run_bla(commands.bla);
   if (name == "info") return run_info(commands.info);
-  return run_demo(commands.demo);
+  if (name == "demo") return run_demo(commands.demo);
+  return run_reproduce(commands.reproduce);
 }
 
 int run(int argc, const char* const* argv) {
@@ -270,6 +283,7 @@ int run(int argc, const char* const* argv) {
   add_bla(app, commands.bla);
   add_info(app, commands.info);
   add_demo(app, commands.demo);
+  add_reproduce(app, commands.reproduce);
   check_command_name(app, argc, argv);
   try {
     app.parse(argc, argv);
