@@ -242,8 +242,8 @@ TEST(OversampledTest, KinkFollowsTheCircuitBetterWithEveryDoubling) {
   const double eight_times = error_db(Oversampled(rectifier, 8, 12), f, 40);
   RecordProperty("db", std::to_string(plain) + " " + std::to_string(twice) + " " + std::to_string(four_times) + " " +
                            std::to_string(eight_times));
-  // Found: -25, -37, -50, -62 dB. Amplitudes of a kink's harmonics fall like 1/n^2, so every doubling takes 12 dB off those
-  // that still fold back.
+  // Found: -25, -37, -50, -62 dB. Amplitudes of a kink's harmonics fall like 1/n^2, so every doubling takes 12 dB off
+  // those that still fold back.
   EXPECT_LT(twice, plain - 10.0);
   EXPECT_LT(four_times, twice - 10.0);
   EXPECT_LT(eight_times, four_times - 10.0);

@@ -35,8 +35,9 @@ struct Case {
 std::vector<Case> cases() {
   Model spline = testing::model_of("G=rational(nb=1,na=2) | f=spline(knots=6,range=[-4:4]) | H=rational(nb=1,na=1)",
                                    {1.0, 0.5, -1.1, 0.4, -2.0, -1.5, -0.9, -0.2, 0.4, 1.0, 1.6, 1.7, 1.0, 0.2, -0.6});
-  Model oversampled = make_model(parse("G=rational(nb=1,na=2) | f=oversampled(spline(knots=6,range=[-4:4]),factor=4,"
-                                       "half_length=4) | H=rational(nb=1,na=1)"));
+  Model oversampled =
+      make_model(parse("G=rational(nb=1,na=2) | f=oversampled(spline(knots=6,range=[-4:4]),factor=4,"
+                       "half_length=4) | H=rational(nb=1,na=1)"));
   oversampled.parameters = spline.parameters;
   return {{"wiener", testing::wiener(), {InitialState::zero, 5, 1}},
           {"hammerstein", testing::hammerstein(), {InitialState::zero, 0, 1}},
