@@ -41,7 +41,8 @@ Initialiser combined(std::vector<Initialiser> initialisers) {
 }
 
 Initialiser fractional(FractionalOptions options) {
-  const Initialiser both = combined({release(options.release), classify(options.classify), wiener_and_hammerstein()});
+  const Initialiser both = combined({release(options.release), classify(options.classify),
+                                     exhaustive_split(options.split), wiener_and_hammerstein()});
   return [both](const AnyBlock& chain, const DataSet& data, const InitialiserOptions& settings) {
     const WienerHammersteinStructure structure = wiener_hammerstein_structure(chain, "fractional");
     const bool one_filter = !structure.first_filter || !structure.second_filter;

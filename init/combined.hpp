@@ -4,6 +4,7 @@
 #include <blockid/estimators/candidate.hpp>
 #include <blockid/init/classify.hpp>
 #include <blockid/init/release.hpp>
+#include <blockid/init/split.hpp>
 
 #include <vector>
 
@@ -15,10 +16,13 @@ Initialiser combined(std::vector<Initialiser> initialisers);
 struct FractionalOptions {
   ClassifyOptions classify = {};
   ReleaseOptions release = {};
+  /// Few enough partitions not to grow with the orders.
+  SplitOptions split = {.max_partitions = 64, .ranking_samples = 5000, .keep = 4};
 };
 
-/// The fractional approach with both its roads: classify() and release(), and beside them the Wiener and Hammerstein
-/// special cases. For a chain with one filter only, where there is nothing to share out, exhaustive_split().
+/// The fractional approach with both its roads, release() and classify(), and beside them a few splits and the Wiener
+/// and Hammerstein special cases, which cost little and find what the roads miss. For a chain with one filter only,
+/// where there is nothing to share out, exhaustive_split().
 Initialiser fractional(FractionalOptions options = {});
 
 }  // namespace blockid
