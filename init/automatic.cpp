@@ -179,10 +179,9 @@ class Search {
       for (const Record& record : validation_.records) shortest = std::min(shortest, record.u.size());
       prediction.warmup = std::max(std::min(kSettling, shortest / 10), std::min(prediction.warmup, shortest / 2));
     }
-    DataSet placed = validation_;
     double sum = 0.0;
     Index count = 0;
-    for (const Record& record : placed.records) {
+    for (const Record& record : validation_.records) {
       const DataSet one(record);
       const Model started = placed_on(model, record, prediction);
       const Predictor predictor(started.chain, one, prediction);

@@ -4,6 +4,7 @@
 #include <blockid/estimators/refit.hpp>
 #include <blockid/init/classify.hpp>
 #include <blockid/init/detail/candidate_loop.hpp>
+#include <blockid/init/detail/repeated.hpp>
 #include <blockid/init/exponent_starts.hpp>
 #include <blockid/init/fractional_chain.hpp>
 #include <blockid/init/starting_bla.hpp>
@@ -227,18 +228,6 @@ class Classifier {
   double output_deviation_ = 0.0;
 };
 
-/// The better one of two candidates is kept where both are the same model.
-void drop_repeated(std::vector<Candidate>& candidates) {
-  std::vector<Candidate> kept;
-  for (Candidate& candidate : candidates) {
-    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Candidate& other) {
-      return other.rmse == candidate.rmse && other.model.parameters == candidate.model.parameters;
-    });
-    if (!known) kept.push_back(std::move(candidate));
-  }
-  candidates = std::move(kept);
-}
-
 std::vector<Candidate> classified(const AnyBlock& chain, const DataSet& data, const InitialiserOptions& options,
                                   const ClassifyOptions& settings) {
   if (settings.starts < 1 || settings.iterations < 1 || settings.neighbours < 1 || settings.samples < 0 ||
@@ -264,8 +253,7 @@ std::vector<Candidate> classified(const AnyBlock& chain, const DataSet& data, co
   });
   std::vector<Candidate> all;
   for (std::vector<Candidate>& some : of_start) std::move(some.begin(), some.end(), std::back_inserter(all));
-  drop_repeated(all);
-  return builder.finished(std::move(all), settings.starts * settings.neighbours);
+  return builder.finished(detail::without_repeated(std::move(all)), settings.starts * settings.neighbours);
 }
 
 }  // namespace

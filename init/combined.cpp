@@ -1,4 +1,5 @@
 #include <blockid/init/combined.hpp>
+#include <blockid/init/detail/repeated.hpp>
 #include <blockid/init/special_cases.hpp>
 #include <blockid/init/split.hpp>
 #include <blockid/init/wh_structure.hpp>
@@ -36,7 +37,7 @@ Initialiser combined(std::vector<Initialiser> initialisers) {
       std::move(some.begin(), some.end(), std::back_inserter(all));
     }
     std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; });
-    return all;
+    return detail::without_repeated(std::move(all));
   };
 }
 

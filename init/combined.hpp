@@ -10,7 +10,7 @@
 
 namespace blockid {
 
-/// The candidates of all, best first. Stops at the first that was cancelled.
+/// The candidates of all, best first, each model once. Stops at the first that was cancelled.
 Initialiser combined(std::vector<Initialiser> initialisers);
 
 struct FractionalOptions {

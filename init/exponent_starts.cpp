@@ -1,5 +1,6 @@
 #include <blockid/init/exponent_starts.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -55,15 +56,19 @@ std::vector<ExponentStart> exponent_starts(const ExpandableRoots& roots, int cou
   const auto zeros = static_cast<Index>(roots.finite.zeros.size());
   std::mt19937_64 engine(seed);
   const auto coin = [&engine] { return (engine() >> 63U) != 0; };
+  // Without roots that belong to one filter as a whole the second start would be the first again.
+  const bool two_sides =
+      roots.infinite > 0 || std::any_of(roots.finite.zeros.begin(), roots.finite.zeros.end(), is_outside);
+  const int uniform = two_sides ? 2 : 1;
   std::vector<ExponentStart> starts;
   for (int k = 0; k < count; ++k) {
-    ExponentStart start{Eigen::VectorXd::Constant(poles + zeros, 0.5), k != 1, ""};
-    for (Index i = 0; k > 1 && i < poles + zeros; ++i) start.exponents[i] = coin() ? kHigh : kLow;
-    if (k > 1) start.delay_first = coin();
+    ExponentStart start{Eigen::VectorXd::Constant(poles + zeros, 0.5), k != 1 || !two_sides, ""};
+    for (Index i = 0; k >= uniform && i < poles + zeros; ++i) start.exponents[i] = coin() ? kHigh : kLow;
+    if (k >= uniform) start.delay_first = coin();
     for (Index j = 0; j < zeros; ++j) {
       if (!is_outside(roots.finite.zeros[static_cast<std::size_t>(j)])) continue;
       double& beta = start.exponents[poles + j];
-      beta = k > 1 ? std::round(beta) : (k == 0 ? 1.0 : 0.0);
+      beta = k >= uniform ? std::round(beta) : (k == 0 ? 1.0 : 0.0);
     }
     start.text = text_of(roots, start.exponents);
     starts.push_back(std::move(start));

@@ -31,7 +31,8 @@ struct ExponentStart {
 };
 
 /// The first start has 1/2 everywhere, but zeros outside the circle, whose halves cannot be expanded, with G_W; the
-/// second has those with G_H. All further starts are drawn near the corners: 0.1 or 0.9, outside zeros 0 or 1.
+/// second has those (and delays) with G_H, where there are any. All further starts are drawn near the corners: 0.1 or
+/// 0.9, outside zeros 0 or 1.
 std::vector<ExponentStart> exponent_starts(const ExpandableRoots& roots, int count, std::uint64_t seed);
 
 }  // namespace blockid

@@ -666,64 +666,50 @@ inline void law_linear_in_parameters(const ConformanceCase& c, LawRecorder& law)
                         std::max(detail::largest(y), detail::largest(y_other)));
 }
 
-/// with_scaled_input(): g(k u) = f(u) from rest, for k of either sign.
-inline void law_scaled_input(const ConformanceCase& c, LawRecorder& law) {
+namespace detail {
+
+/// The block g that `rescaled` gives for k of either sign: from rest, g(input(k) u) = output(k) f(u).
+template <class RescaledBy, class Factor>
+void check_rescaled(const ConformanceCase& c, LawRecorder& law, const std::string& member, RescaledBy&& rescaled,
+                    Factor&& input, Factor&& output) {
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(c.x0.size());
-  const Eigen::VectorXd y = detail::apply_record(c.block, c.theta, rest, c.u).y;
+  const Eigen::VectorXd y = apply_record(c.block, c.theta, rest, c.u).y;
   bool any = false;
   for (const double k : {2.5, 0.01, -0.75}) {
-    const std::optional<Rescaled> g = c.block.with_scaled_input(detail::view(c.theta), k);
+    const std::optional<Rescaled> g = rescaled(k);
     if (!g) continue;
     any = true;
     const std::string how = "k = " + std::to_string(k);
     law.equal("number of parameters, " + how, g->block.parameter_count(), g->parameters.size());
     if (g->block.parameter_count() != g->parameters.size()) continue;
-    detail::close_signals(
-        law, "g(k u), " + how + ", y", y,
-        detail::apply_record(g->block, g->parameters, Eigen::VectorXd::Zero(g->block.state_count()), k * c.u).y,
-        c.options.tolerances.value);
+    const Eigen::VectorXd start = Eigen::VectorXd::Zero(g->block.state_count());
+    close_signals(law, "rescaled block, " + how + ", y", output(k) * y,
+                  apply_record(g->block, g->parameters, start, input(k) * c.u).y, c.options.tolerances.value);
   }
-  if (!any) law.skip("no with_scaled_input()");
+  if (!any) law.skip("no " + member);
+}
+
+inline double once(double) { return 1.0; }
+inline double times(double k) { return k; }
+
+}  // namespace detail
+
+/// with_scaled_input(): g(k u) = f(u) from rest, for k of either sign.
+inline void law_scaled_input(const ConformanceCase& c, LawRecorder& law) {
+  const auto rescaled = [&](double k) { return c.block.with_scaled_input(detail::view(c.theta), k); };
+  detail::check_rescaled(c, law, "with_scaled_input()", rescaled, detail::times, detail::once);
 }
 
 /// with_scaled_output(): g(u) = k f(u) from rest, for k of either sign.
 inline void law_scaled_output(const ConformanceCase& c, LawRecorder& law) {
-  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(c.x0.size());
-  const Eigen::VectorXd y = detail::apply_record(c.block, c.theta, rest, c.u).y;
-  bool any = false;
-  for (const double k : {2.5, 0.01, -0.75}) {
-    const std::optional<Rescaled> g = c.block.with_scaled_output(detail::view(c.theta), k);
-    if (!g) continue;
-    any = true;
-    const std::string how = "k = " + std::to_string(k);
-    law.equal("number of parameters, " + how, g->block.parameter_count(), g->parameters.size());
-    if (g->block.parameter_count() != g->parameters.size()) continue;
-    detail::close_signals(
-        law, "g(u), " + how + ", y", k * y,
-        detail::apply_record(g->block, g->parameters, Eigen::VectorXd::Zero(g->block.state_count()), c.u).y,
-        c.options.tolerances.value);
-  }
-  if (!any) law.skip("no with_scaled_output()");
+  const auto rescaled = [&](double k) { return c.block.with_scaled_output(detail::view(c.theta), k); };
+  detail::check_rescaled(c, law, "with_scaled_output()", rescaled, detail::once, detail::times);
 }
 
 /// with_scaled_signals(): g(k u) = k f(u) from rest, for k of either sign.
 inline void law_scaled_signals(const ConformanceCase& c, LawRecorder& law) {
-  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(c.x0.size());
-  const Eigen::VectorXd y = detail::apply_record(c.block, c.theta, rest, c.u).y;
-  bool any = false;
-  for (const double k : {2.5, 0.01, -0.75}) {
-    const std::optional<Rescaled> g = c.block.with_scaled_signals(detail::view(c.theta), k);
-    if (!g) continue;
-    any = true;
-    const std::string how = "k = " + std::to_string(k);
-    law.equal("number of parameters, " + how, g->block.parameter_count(), g->parameters.size());
-    if (g->block.parameter_count() != g->parameters.size()) continue;
-    detail::close_signals(
-        law, "g(k u), " + how + ", y", k * y,
-        detail::apply_record(g->block, g->parameters, Eigen::VectorXd::Zero(g->block.state_count()), k * c.u).y,
-        c.options.tolerances.value);
-  }
-  if (!any) law.skip("no with_scaled_signals()");
+  const auto rescaled = [&](double k) { return c.block.with_scaled_signals(detail::view(c.theta), k); };
+  detail::check_rescaled(c, law, "with_scaled_signals()", rescaled, detail::times, detail::times);
 }
 
 /// adapted_to(): a block of the same kind whose structure is settled, so that a second call with another signal changes

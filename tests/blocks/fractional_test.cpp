@@ -7,6 +7,8 @@
 #include <blockid/data/error.hpp>
 #include <blockid/testing/block_conformance_gtest.hpp>
 
+#include "data/message.hpp"
+
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -184,20 +186,11 @@ TEST(FractionalFilterTest, TextComesBack) {
   EXPECT_EQ(parse(text).parameter_count(), 3 + 30 + 1);
 }
 
-std::string complaint(const std::string& text) {
-  try {
-    parse(text);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST(FractionalFilterTest, Refusals) {
-  EXPECT_THAT(complaint("fractional(poles=[0.5],n=3)"), HasSubstr("odd count"));
-  EXPECT_THAT(complaint("fractional(poles=[1,0],n=3)"), HasSubstr("inside the circle"));
-  EXPECT_THAT(complaint("fractional(poles=[0.5,-0.1],n=3)"), HasSubstr("positive imaginary part"));
-  EXPECT_THAT(complaint("fractional(poles=[0.5,0],n=3,n1=4)"), HasSubstr("n1"));
+  EXPECT_THAT(BLOCKID_MESSAGE(parse("fractional(poles=[0.5],n=3)")), HasSubstr("odd count"));
+  EXPECT_THAT(BLOCKID_MESSAGE(parse("fractional(poles=[1,0],n=3)")), HasSubstr("inside the circle"));
+  EXPECT_THAT(BLOCKID_MESSAGE(parse("fractional(poles=[0.5,-0.1],n=3)")), HasSubstr("positive imaginary part"));
+  EXPECT_THAT(BLOCKID_MESSAGE(parse("fractional(poles=[0.5,0],n=3,n1=4)")), HasSubstr("n1"));
   EXPECT_THROW(FractionalFilter({}, 2, 3), Error);
   EXPECT_THROW(FractionalFilter({}, 2, 2, -1), Error);
   EXPECT_THROW(FractionalFilter({{}, {std::nan("")}}, 2), Error);

@@ -12,6 +12,8 @@
 #include <blockid/data/error.hpp>
 #include <blockid/testing/block_conformance_gtest.hpp>
 
+#include "data/message.hpp"
+
 #include <gmock/gmock.h>
 
 #include <vector>
@@ -96,21 +98,13 @@ TEST(TiedTest, KnotsWithinArePlaced) {
   EXPECT_LT((placed.parameters.head(4) - model.parameters.head(4)).norm(), 1e-15);
 }
 
-std::string complaint(const std::string& text) {
-  try {
-    parse(text);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST(TiedTest, Refusals) {
-  EXPECT_THAT(complaint("tied(gain,to=[1])"), HasSubstr("to"));
-  EXPECT_THAT(complaint("tied(gain,to=[0.5])"), HasSubstr("whole numbers"));
-  EXPECT_THAT(complaint("tied(gain,to=[0,0])"), HasSubstr("as many numbers"));
-  EXPECT_THAT(complaint("tied(gain,scale=[0])"), HasSubstr("not 0"));
-  EXPECT_THAT(complaint("tied(rational(nb=1,na=0),to=[1,1])"), HasSubstr("no inner parameter follows number 0"));
+  EXPECT_THAT(BLOCKID_MESSAGE(parse("tied(gain,to=[1])")), HasSubstr("to"));
+  EXPECT_THAT(BLOCKID_MESSAGE(parse("tied(gain,to=[0.5])")), HasSubstr("whole numbers"));
+  EXPECT_THAT(BLOCKID_MESSAGE(parse("tied(gain,to=[0,0])")), HasSubstr("as many numbers"));
+  EXPECT_THAT(BLOCKID_MESSAGE(parse("tied(gain,scale=[0])")), HasSubstr("not 0"));
+  EXPECT_THAT(BLOCKID_MESSAGE(parse("tied(rational(nb=1,na=0),to=[1,1])")),
+              HasSubstr("no inner parameter follows number 0"));
   EXPECT_THROW(Tied(Gain{}, {}), Error);
   EXPECT_THROW(Tied(Gain{}, {{-1}}), Error);
   EXPECT_THROW(Tied(Gain{}, {{7}}), Error);

@@ -146,6 +146,13 @@ TEST(ExponentStartsTest, HalvesFirstThenCornersOutsideZerosWhole) {
   EXPECT_TRUE(varied);
 }
 
+TEST(ExponentStartsTest, NoStartTwiceWhereAllRootsCanBeHalved) {
+  const ExpandableRoots roots = expandable_roots({{Kind::real, 0.8}}, {{Kind::real, 0.3}});
+  const std::vector<ExponentStart> starts = exponent_starts(roots, 2, 3);
+  EXPECT_EQ(starts[0].exponents, Eigen::Vector2d(0.5, 0.5));
+  for (Index i = 0; i < 2; ++i) EXPECT_NEAR(std::abs(starts[1].exponents[i] - 0.5), 0.4, 1e-15);
+}
+
 TEST(SpecialCasesTest, OneFilterHoldsAllDynamics) {
   const std::vector<Candidate> both = wiener_and_hammerstein()(parse(kChain), wh_record(), {});
   ASSERT_EQ(both.size(), 2u);
@@ -176,6 +183,13 @@ TEST(CombinedTest, MergesByError) {
   const std::vector<Candidate> both = combined({exhaustive_split(), random_starts()})(parse(kChain), wh_record(), {});
   EXPECT_EQ(both.size(), a.size() + b.size());
   EXPECT_EQ(both.front().rmse, std::min(a.front().rmse, b.front().rmse));
+}
+
+TEST(CombinedTest, EachModelOnce) {
+  const std::vector<Candidate> once = exhaustive_split()(parse(kChain), wh_record(), {});
+  const std::vector<Candidate> both =
+      combined({exhaustive_split(), exhaustive_split()})(parse(kChain), wh_record(), {});
+  EXPECT_EQ(both.size(), once.size());
 }
 
 TEST(InitialiserErrorsTest, SayWhatWasExpected) {
