@@ -62,7 +62,7 @@ void refit_over_samples(benchmark::State& state, ResidualForm form, StaticParame
   options.max_iterations = 10;
   options.function_tolerance = 0.0;
   options.parameter_tolerance = 0.0;
-  for (auto _ : state) benchmark::DoNotOptimize(refit(start, c.data, options).rmse);
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(refit(start, c.data, options).rmse);
   state.SetComplexityN(state.range(0));
 }
 
@@ -83,7 +83,7 @@ void refit_over_orders(benchmark::State& state) {
   options.max_iterations = 10;
   options.function_tolerance = 0.0;
   options.parameter_tolerance = 0.0;
-  for (auto _ : state) benchmark::DoNotOptimize(refit(start, record, options).rmse);
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(refit(start, record, options).rmse);
 }
 
 BENCHMARK_CAPTURE(refit_over_samples, compressed, ResidualForm::compressed, StaticParameters::joint)

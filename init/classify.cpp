@@ -131,7 +131,7 @@ class Classifier {
     const Eigen::VectorXd exponents = fitted_exponents(start.exponents);
     if (!exponents.allFinite()) return {};
     std::vector<SharedOut> poles;
-    for (std::size_t k = 0; k < bla_.poles.size(); ++k) poles.push_back({bla_.poles[k], exponents[std::ssize(poles)]});
+    for (const RootGroup& pole : bla_.poles) poles.push_back({pole, exponents[std::ssize(poles)]});
     std::vector<SharedOut> zeros;
     Index next = std::ssize(poles);
     for (const RootGroup& zero : bla_.zeros) {

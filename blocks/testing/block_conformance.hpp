@@ -329,8 +329,8 @@ inline constexpr std::array kBothOwnColumns = {OwnColumns::parameters, OwnColumn
 
 /// Tiles of many sizes, the smallest and the largest among them.
 inline const std::vector<Index>& mixed_tiles() {
-  static const std::vector<Index> tiles = {1, kMaxTileRows, 7, 64, 2, 101, 3};
-  return tiles;
+  static const std::vector<Index> kTiles = {1, kMaxTileRows, 7, 64, 2, 101, 3};
+  return kTiles;
 }
 
 }  // namespace detail

@@ -25,7 +25,7 @@ namespace blockid::testing {
 /// Matches any block that keeps all laws; explains with the violated ones.
 class ConformsToBlockLaws {
  public:
-  using is_gtest_matcher = void;
+  using is_gtest_matcher = void;  // NOLINT(readability-identifier-naming)
 
   explicit ConformsToBlockLaws(ConformanceOptions options = {}) : options_(std::move(options)) {}
 
@@ -35,8 +35,8 @@ class ConformsToBlockLaws {
     if (explanation != nullptr && !report.ok()) *explanation << "which breaks\n" << report.text();
     return report.ok();
   }
-  bool MatchAndExplain(const AnyBlock& block,
-                       std::ostream* explanation) const {  // NOLINT(readability-identifier-naming)
+  // NOLINTNEXTLINE(readability-identifier-naming)
+  bool MatchAndExplain(const AnyBlock& block, std::ostream* explanation) const {
     const ConformanceReport report = check_block(block, options_);
     if (explanation != nullptr && !report.ok()) *explanation << "which breaks\n" << report.text();
     return report.ok();

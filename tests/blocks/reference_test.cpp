@@ -9,6 +9,8 @@
 #include <gmock/gmock.h>
 
 #include <charconv>
+#include <filesystem>
+#include <fstream>
 #include <map>
 
 namespace blockid::testing {

@@ -20,7 +20,6 @@ using Eigen::VectorXcd;
 using Eigen::VectorXd;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::model_of;
 using testing::Noise;
 
 // A number further than this many standard deviations from the truth has a probability of 7e-6.

@@ -1,0 +1,195 @@
+#include <blockid/estimators/trend_fit.hpp>
+
+#include <blockid/data/error.hpp>
+#include <blockid/estimators/accumulators.hpp>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace blockid {
+namespace {
+
+/// Singular values of the scaled columns below this share of the largest count as undetermined.
+constexpr double kRankTolerance = 1e-13;
+constexpr Index kTileRows = 256;
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+void check_records(const DataSet& data) {
+  if (data.records.empty()) fail("trends: expected at least one record, got none");
+  for (const Record& record : data.records) {
+    check(record);
+    check_excitation(record);
+    if (record.sample_time_s != data.records.front().sample_time_s) {
+      fail("trends: expected one sample time in all records, got ", data.records.front().sample_time_s, " s and ",
+           record.sample_time_s, " s (", describe(record), ")");
+    }
+  }
+}
+
+/// sink(row, regressand, weight) for every complete row whose newest sample is `first` or later.
+template <class Sink>
+void for_each_row(const DataSet& data, const TrendStructure& structure, Index first, Sink&& sink) {
+  for (const Record& record : data.records) {
+    TrendRows rows(structure, record.sample_time_s);
+    for (Index k = 0; k < record.u.size(); ++k) {
+      const double y = is_missing(record, k) ? std::numeric_limits<double>::quiet_NaN() : record.y[k];
+      if (rows.push(record.u[k], y) && k >= first) sink(rows.regressors(), rows.regressand(), weight(record, k));
+    }
+  }
+}
+
+QrTriangle summed_rows(const DataSet& data, const TrendStructure& structure, Index columns, Index first) {
+  QrTriangle sums(columns + 1);
+  RowMajor tile(kTileRows, columns + 1);
+  Index filled = 0;
+  const auto flush = [&] {
+    sums.add(tile.data(), filled, columns + 1);
+    filled = 0;
+  };
+  for_each_row(data, structure, first, [&](const Eigen::VectorXd& regressors, double regressand, double w) {
+    tile.row(filled) << w * regressors.transpose(), w * regressand;
+    if (++filled == kTileRows) flush();
+  });
+  if (filled > 0) flush();
+  return sums;
+}
+
+struct Solution {
+  Eigen::VectorXd theta;
+  Eigen::MatrixXd inverse;
+  Index rank = 0;
+  double condition = 1.0;
+  double residual = 0.0;
+};
+
+/// Least squares from the triangle of [X, regressand], columns of X scaled to unit norm.
+Solution solve(const QrTriangle& sums) {
+  const Index columns = sums.columns() - 1;
+  const Eigen::MatrixXd X = sums.triangle().topLeftCorner(columns, columns);
+  const Eigen::VectorXd y = sums.triangle().col(columns);
+  Eigen::VectorXd scale = X.colwise().norm();
+  for (double& value : scale) value = value > 0.0 ? 1.0 / value : 1.0;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(X * scale.asDiagonal(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::VectorXd& singular = svd.singularValues();
+  Solution result;
+  Eigen::VectorXd inverse_singular = Eigen::VectorXd::Zero(columns);
+  for (Index k = 0; k < columns && singular[k] > kRankTolerance * singular[0]; ++k, ++result.rank) {
+    inverse_singular[k] = 1.0 / singular[k];
+  }
+  const Eigen::MatrixXd root = scale.asDiagonal() * svd.matrixV() * inverse_singular.asDiagonal();
+  result.theta = root * (svd.matrixU().transpose() * y.head(columns));
+  result.inverse = root * root.transpose();
+  result.condition =
+      result.rank == columns ? singular[0] / singular[columns - 1] : std::numeric_limits<double>::infinity();
+  result.residual = (y.head(columns) - X * result.theta).squaredNorm() + y[columns] * y[columns];
+  return result;
+}
+
+void place_coefficients(const Eigen::VectorXd& theta, TrendFit& fit) {
+  const TrendStructure& structure = fit.structure;
+  fit.a = Eigen::VectorXd::Unit(structure.order + 1, structure.order);
+  fit.b = Eigen::VectorXd::Zero(structure.order);
+  Index next = 0;
+  for (const Index power : structure.a) fit.a[power] = theta[next++];
+  for (const Index power : structure.b) fit.b[power] = theta[next++];
+}
+
+/// alpha = sum_i a_i r_0^i, by which an error of the equation exceeds that of the prediction.
+double leading_weight(const TrendFit& fit, double sample_time_s) {
+  double sum = 0.0;
+  for (Index power = 0; power <= fit.structure.order; ++power) {
+    sum += fit.a[power] * output_trend(fit.structure.scheme, fit.structure.order, power, sample_time_s)[0];
+  }
+  return sum;
+}
+
+/// Rows whose newest sample comes before `first` are left out.
+TrendFit fit_from(const DataSet& data, const TrendStructure& structure, Index first) {
+  const Index columns = std::ssize(structure.a) + std::ssize(structure.b);
+  const QrTriangle sums = summed_rows(data, structure, columns, first);
+  if (sums.rows() < columns) {
+    fail("trends: expected at least ", columns, " complete rows for ", columns, " coefficients, got ", sums.rows());
+  }
+  const Solution solution = solve(sums);
+  TrendFit fit;
+  fit.structure = structure;
+  fit.rows = sums.rows();
+  fit.rank = solution.rank;
+  fit.condition = solution.condition;
+  const double freedom = static_cast<double>(std::max<Index>(fit.rows - columns, 1));
+  fit.covariance = solution.residual / freedom * solution.inverse;
+  place_coefficients(solution.theta, fit);
+  const double alpha = leading_weight(fit, data.records.front().sample_time_s);
+  for_each_row(data, structure, first, [&](const Eigen::VectorXd& regressors, double regressand, double) {
+    const double error = (regressand - regressors.dot(solution.theta)) / alpha;
+    fit.squared_error += error * error;
+    fit.absolute_error += std::abs(error);
+  });
+  return fit;
+}
+
+/// Roots of the monic polynomial with ascending coefficients a, a[0] != 0.
+Eigen::VectorXcd roots(const Eigen::VectorXd& a) {
+  const Index order = a.size() - 1;
+  // In units of this radius the companion matrix has entries of at most one.
+  double radius = 0.0;
+  for (Index power = 0; power < order; ++power) {
+    radius = std::max(radius, std::pow(std::abs(a[power]), 1.0 / static_cast<double>(order - power)));
+  }
+  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(order, order);
+  for (Index power = 0; power < order; ++power) {
+    companion(0, order - 1 - power) = -a[power] / std::pow(radius, static_cast<double>(order - power));
+  }
+  for (Index k = 1; k < order; ++k) companion(k, k - 1) = 1.0;
+  return radius * companion.eigenvalues();
+}
+
+}  // namespace
+
+TrendFit fit_trends(const DataSet& data, const TrendStructure& structure) {
+  check(structure);
+  check_records(data);
+  return fit_from(data, structure, 0);
+}
+
+Eigen::VectorXcd poles(const TrendFit& fit) {
+  const Index order = fit.structure.order;
+  // Integrators are exact: their poles do not pass through the eigenvalue problem.
+  Index integrators = 0;
+  while (integrators < order && fit.a[integrators] == 0.0) ++integrators;
+  Eigen::VectorXcd result = Eigen::VectorXcd::Zero(order);
+  result.tail(order - integrators) = roots(fit.a.tail(order + 1 - integrators));
+  return result;
+}
+
+bool is_stable(const TrendFit& fit) { return (poles(fit).real().array() < 0.0).all(); }
+
+std::vector<TrendFit> delay_table(const DataSet& data, const TrendStructure& structure, Index longest) {
+  if (longest < 0) fail("trends: expected a longest delay of at least 0 samples, got ", longest);
+  check(structure);
+  check_records(data);
+  std::vector<TrendFit> table;
+  for (Index delay = 0; delay <= longest; ++delay) {
+    TrendStructure delayed = structure;
+    delayed.delay = delay;
+    table.push_back(fit_from(data, delayed, structure.order + longest));
+  }
+  return table;
+}
+
+TrendFit fit_trends_with_delay(const DataSet& data, const TrendStructure& structure, Index longest,
+                               TrendCriterion criterion) {
+  const std::vector<TrendFit> table = delay_table(data, structure, longest);
+  const auto value = [&](const TrendFit& fit) {
+    return criterion == TrendCriterion::squared ? fit.squared_error : fit.absolute_error;
+  };
+  return *std::min_element(table.begin(), table.end(),
+                           [&](const TrendFit& left, const TrendFit& right) { return value(left) < value(right); });
+}
+
+}  // namespace blockid
