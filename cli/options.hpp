@@ -91,6 +91,22 @@ struct BlaCommand {
   std::vector<int> orders;
 };
 
+struct CtCommand {
+  DataOptions data;
+  RangeOptions ranges;
+  std::int64_t warmup = 0;
+  std::string method = "tustin";
+  /// NB,NA
+  std::vector<int> orders;
+  /// Coefficients that are zero, "a0", "b1".
+  std::vector<std::string> without;
+  int delay = 0;
+  /// Longest delay of a search; 0: none.
+  int max_delay = 0;
+  std::string json;
+  bool quiet = false;
+};
+
 struct InfoCommand {
   std::string file;
   std::string json;

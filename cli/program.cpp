@@ -212,6 +212,47 @@ void add_bla(CLI::App& program, BlaCommand& command) {
   add_quiet(app, command.run.quiet)->group("Results");
 }
 
+void add_ct(CLI::App& program, CtCommand& command) {
+  CLI::App& app = *program.add_subcommand("ct", "continuous-time linear model from sampled data");
+  app.footer(kExitCodesText);
+  add_data_options(app, command.data, Output::required, "");
+  add_ranges(app, command.ranges);
+  app.add_option("--warmup", command.warmup, "samples at the start of each record that are not scored (default: 0)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group("Scoring");
+  const std::string group = "Model and fit";
+  app.add_option("--method", command.method,
+                 "goodwin: trends by the delta operator, tustin: by the bilinear one (default: tustin)")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"goodwin", "tustin"}))
+      ->group(group);
+  app.add_option("--orders", command.orders, "degrees of numerator and denominator, NB < NA")
+      ->type_name("NB,NA")
+      ->delimiter(',')
+      ->expected(2)
+      ->required()
+      ->group(group);
+  add_repeated(app, "--without", command.without,
+               "coefficient that is zero, e.g. b1, or a0 for an integrator; repeatable or separated by commas "
+               "(default: none)")
+      ->delimiter(',')
+      ->type_name("NAME")
+      ->group(group);
+  CLI::Option* const delay = app.add_option("--delay", command.delay, "delay of the input in samples (default: 0)")
+                                 ->type_name("K")
+                                 ->check(CLI::NonNegativeNumber)
+                                 ->group(group);
+  app.add_option("--max-delay", command.max_delay,
+                 "longest delay in samples of a search by the squared prediction error (default: none)")
+      ->type_name("K")
+      ->check(CLI::PositiveNumber)
+      ->excludes(delay)
+      ->group(group);
+  add_file(app, "--json", command.json, "all figures of the result as JSON");
+  add_quiet(app, command.quiet)->group("Results");
+}
+
 void add_info(CLI::App& program, InfoCommand& command) {
   CLI::App& app = *program.add_subcommand("info", "what a data file or a model file holds");
   app.footer(kExitCodesText);
@@ -246,6 +287,7 @@ struct Commands {
   FitCommand fit;
   SimulateCommand simulate;
   BlaCommand bla;
+  CtCommand ct;
   InfoCommand info;
   DemoCommand demo;
   ReproduceCommand reproduce;
@@ -267,6 +309,7 @@ int dispatch(const CLI::App& app, const Commands& commands) {
   if (name == "fit") return run_fit(commands.fit);
   if (name == "simulate") return run_simulate(commands.simulate);
   if (name == "bla") return run_bla(commands.bla);
+  if (name == "ct") return run_ct(commands.ct);
   if (name == "info") return run_info(commands.info);
   if (name == "demo") return run_demo(commands.demo);
   return run_reproduce(commands.reproduce);
@@ -281,6 +324,7 @@ int run(int argc, const char* const* argv) {
   add_fit(app, commands.fit);
   add_simulate(app, commands.simulate);
   add_bla(app, commands.bla);
+  add_ct(app, commands.ct);
   add_info(app, commands.info);
   add_demo(app, commands.demo);
   add_reproduce(app, commands.reproduce);

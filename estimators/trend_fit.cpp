@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+#include <unsupported/Eigen/MatrixFunctions>
 
 #include <algorithm>
 #include <cmath>
@@ -133,20 +134,31 @@ TrendFit fit_from(const DataSet& data, const TrendStructure& structure, Index fi
   return fit;
 }
 
-/// Roots of the monic polynomial with ascending coefficients a, a[0] != 0.
-Eigen::VectorXcd roots(const Eigen::VectorXd& a) {
+/// The frequency in whose units the monic polynomial with ascending coefficients a has none above one.
+double radius_of(const Eigen::VectorXd& a) {
   const Index order = a.size() - 1;
-  // In units of this radius the companion matrix has entries of at most one.
   double radius = 0.0;
   for (Index power = 0; power < order; ++power) {
     radius = std::max(radius, std::pow(std::abs(a[power]), 1.0 / static_cast<double>(order - power)));
   }
+  return radius;
+}
+
+/// Companion matrix of a in units of `radius`, its first row the coefficients, highest power first.
+Eigen::MatrixXd companion_matrix(const Eigen::VectorXd& a, double radius) {
+  const Index order = a.size() - 1;
   Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(order, order);
   for (Index power = 0; power < order; ++power) {
     companion(0, order - 1 - power) = -a[power] / std::pow(radius, static_cast<double>(order - power));
   }
   for (Index k = 1; k < order; ++k) companion(k, k - 1) = 1.0;
-  return radius * companion.eigenvalues();
+  return companion;
+}
+
+/// Roots of the monic polynomial with ascending coefficients a, a[0] != 0.
+Eigen::VectorXcd roots(const Eigen::VectorXd& a) {
+  const double radius = radius_of(a);
+  return radius * companion_matrix(a, radius).eigenvalues();
 }
 
 }  // namespace
@@ -168,6 +180,31 @@ Eigen::VectorXcd poles(const TrendFit& fit) {
 }
 
 bool is_stable(const TrendFit& fit) { return (poles(fit).real().array() < 0.0).all(); }
+
+Eigen::VectorXd simulate(const TrendFit& fit, const Eigen::VectorXd& u, double sample_time_s) {
+  const Index order = fit.structure.order;
+  const double coefficients = radius_of(fit.a);
+  const double radius = coefficients > 0.0 ? coefficients : 1.0 / sample_time_s;
+  // States are derivatives in units of the radius, the last one the held input.
+  Eigen::MatrixXd generator = Eigen::MatrixXd::Zero(order + 1, order + 1);
+  generator.topLeftCorner(order, order) = companion_matrix(fit.a, radius);
+  generator(0, order) = 1.0;
+  const Eigen::MatrixXd step = (generator * (radius * sample_time_s)).exp();
+  Eigen::VectorXd output(order);
+  for (Index power = 0; power < order; ++power) {
+    output[order - 1 - power] = fit.b[power] / std::pow(radius, static_cast<double>(order - power));
+  }
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(order + 1);
+  Eigen::VectorXd next(order + 1);
+  Eigen::VectorXd y(u.size());
+  for (Index k = 0; k < u.size(); ++k) {
+    y[k] = output.dot(x.head(order));
+    x[order] = k < fit.structure.delay ? 0.0 : u[k - fit.structure.delay];
+    next.noalias() = step * x;
+    x.swap(next);
+  }
+  return y;
+}
 
 std::vector<TrendFit> delay_table(const DataSet& data, const TrendStructure& structure, Index longest) {
   if (longest < 0) fail("trends: expected a longest delay of at least 0 samples, got ", longest);

@@ -42,6 +42,9 @@ Eigen::VectorXcd poles(const TrendFit& fit);
 /// True when every pole has a negative real part.
 bool is_stable(const TrendFit& fit);
 
+/// (N,) response from rest to an input that is held between samples, exact whatever the sample time.
+Eigen::VectorXd simulate(const TrendFit& fit, const Eigen::VectorXd& u, double sample_time_s);
+
 /// Which of the criteria (11) chooses a delay.
 enum class TrendCriterion { squared, absolute };
 

@@ -549,7 +549,7 @@ TEST_F(Program, DemoWritesItsResults) {
 }
 
 TEST_F(Program, HelpNamesUnitsDefaultsAndExitCodes) {
-  for (const char* command : {"fit", "simulate", "bla", "info", "demo"}) {
+  for (const char* command : {"fit", "simulate", "bla", "ct", "info", "demo"}) {
     const ProgramRun help = run({command, "--help"});
     EXPECT_EQ(help.code, 0);
     EXPECT_THAT(help.out, HasSubstr("Exit codes"));

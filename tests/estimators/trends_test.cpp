@@ -213,6 +213,23 @@ TEST(Trends, poles_are_the_roots_of_the_denominator) {
   EXPECT_TRUE(is_stable(fit));
 }
 
+TEST(Trends, simulation_of_the_true_coefficients_is_the_plant) {
+  TrendFit fit;
+  fit.structure = full_trends(TrendScheme::tustin, 1, 2, 3);
+  fit.a = Eigen::Vector3d(400.0, 20.0, 1.0);
+  fit.b = Eigen::Vector2d(1e6, 0.0);
+  const Eigen::VectorXd u = Noise(16).white(300);
+  Eigen::VectorXd late = Eigen::VectorXd::Zero(300);
+  late.tail(297) = u.head(297);
+  const Eigen::VectorXd expected = servo_response(late, kD).velocity_mm_s;
+  EXPECT_LE((simulate(fit, u, kD) - expected).norm(), 1e-11 * expected.norm());
+  // Two integrators: the step response is t^2 / 2.
+  fit.structure.delay = 0;
+  fit.a = Eigen::Vector3d(0.0, 0.0, 1.0);
+  fit.b = Eigen::Vector2d(1.0, 0.0);
+  EXPECT_NEAR(simulate(fit, Eigen::VectorXd::Ones(11), 0.1)[10], 0.5, 1e-12);
+}
+
 TEST(Trends, rows_with_a_missing_output_are_left_out) {
   Record record = noise_free(Noise(10).white(400));
   record.weights = Eigen::VectorXd::Ones(400);

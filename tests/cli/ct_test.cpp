@@ -1,0 +1,120 @@
+// Continuous-time models from sampled data.
+#include "cli/program.hpp"
+#include "support/temp_dir.hpp"
+
+#include <blockid/data/atomic_file.hpp>
+#include <blockid/data/csv.hpp>
+#include <blockid/problems/janiszowski.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace blockid {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using testing::json_file;
+using testing::ProgramRun;
+using testing::run_program;
+using testing::TempDir;
+
+constexpr double kSampleTime = 1e-3;
+
+class CtCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const Eigen::VectorXd u = problems::two_tones(2000, kSampleTime);
+    write("servo.csv", u, problems::servo_response(u, kSampleTime).velocity_mm_s);
+  }
+
+  void write(const std::string& name, const Eigen::VectorXd& u, const Eigen::VectorXd& y) const {
+    Table table;
+    table.has_header = true;
+    table.names = {"u", "v"};
+    table.values.resize(u.size(), 2);
+    table.values << u, y;
+    write_file_atomically(folder_ / name, to_csv(table));
+  }
+
+  ProgramRun ct(const std::vector<std::string>& more, const std::string& file = "servo.csv") const {
+    std::vector<std::string> arguments = {"ct", file, "--input", "u", "--output", "v", "--sample-time", "0.001"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(arguments, folder_.path());
+  }
+
+  TempDir folder_;
+};
+
+TEST_F(CtCommand, FindsTheExactDeltaFormByGoodwin) {
+  const ProgramRun run = ct({"--method", "goodwin", "--orders", "1,2", "--json", "ct.json"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json_file(folder_ / "ct.json");
+  EXPECT_EQ(result["method"], "goodwin");
+  EXPECT_NEAR(result["denominator"][1].get<double>(), 20.19734, 1e-4);
+  EXPECT_NEAR(result["denominator"][0].get<double>(), 396.01333, 1e-3);
+  EXPECT_NEAR(result["numerator"][0].get<double>(), 990033.33, 2.0);
+  EXPECT_TRUE(result["stable"].get<bool>());
+  EXPECT_EQ(result["rank"], 4);
+  EXPECT_EQ(result["coefficients"].size(), 4U);
+  EXPECT_THAT(run.out, HasSubstr("20.197"));
+}
+
+TEST_F(CtCommand, LeavesOutCoefficientsAndScoresTheSimulation) {
+  const ProgramRun run = ct({"--orders", "1,2", "--without", "b1", "--train", "0:1000", "--test", "1000:2000",
+                             "--warmup", "500", "--json", "ct.json"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json_file(folder_ / "ct.json");
+  EXPECT_EQ(result["method"], "tustin");
+  EXPECT_EQ(result["coefficients"].size(), 3U);
+  EXPECT_EQ(result["numerator"][1], 0.0);
+  // Discretisation error of Tustin at 1 ms: 0.02 % of the damping.
+  EXPECT_NEAR(result["denominator"][1].get<double>(), 20.0, 0.01);
+  // The test record does not start from rest; after 0.5 s what is left of that is e^-5.
+  EXPECT_LT(result["train"]["nrmse"].get<double>(), 2e-3);
+  EXPECT_LT(result["test"]["nrmse"].get<double>(), 2e-2);
+}
+
+TEST_F(CtCommand, SearchesTheDelay) {
+  const Eigen::VectorXd u = problems::two_tones(2000, kSampleTime);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(2000);
+  y.tail(1995) = problems::servo_response(u, kSampleTime).velocity_mm_s.head(1995);
+  write("late.csv", u, y);
+  const ProgramRun run =
+      ct({"--method", "goodwin", "--orders", "1,2", "--max-delay", "8", "--json", "ct.json"}, "late.csv");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(json_file(folder_ / "ct.json")["delay"], 5);
+}
+
+TEST_F(CtCommand, WarnsOfTooManyCoefficientsAndOfInstability) {
+  // Settled under two tones, the input excites four directions.
+  const ProgramRun many = ct({"--orders", "4,5", "--train", "1500:2000", "--quiet", "--json", "ct.json"});
+  EXPECT_THAT(many.err, HasSubstr("the data determine "));
+  EXPECT_LT(json_file(folder_ / "ct.json")["rank"].get<int>(), 10);
+  const Eigen::VectorXd u = problems::two_tones(2000, kSampleTime);
+  write("position.csv", u, problems::servo_response(u, kSampleTime).position_mm);
+  const ProgramRun integrator = ct({"--orders", "0,3", "--without", "a0"}, "position.csv");
+  EXPECT_EQ(integrator.code, 0) << integrator.err;
+  EXPECT_THAT(integrator.err, HasSubstr("the model is not stable"));
+  EXPECT_THAT(integrator.out, HasSubstr("pole 0 rad/s"));
+}
+
+TEST_F(CtCommand, RefusesBadOptions) {
+  const auto refused = [&](const std::vector<std::string>& more, const std::string& words) {
+    const ProgramRun run = ct(more);
+    EXPECT_EQ(run.code, 1) << run.err;
+    EXPECT_THAT(run.err, HasSubstr(words));
+  };
+  refused({"--orders", "2,2"}, "expected NB,NA with 0 <= NB < NA");
+  refused({"--orders", "1,2", "--without", "b7"}, "--without b7: expected one of a1, a0, b1, b0");
+  refused({"--orders", "0,2", "--without", "b0"}, "at least one coefficient of the numerator");
+  refused({"--orders", "1,2", "--method", "magic"}, "goodwin");
+  refused({"--orders", "1,2", "--warmup", "5000"}, "--warmup 5000");
+  refused({}, "--orders");
+}
+
+}  // namespace
+}  // namespace blockid
