@@ -19,7 +19,6 @@
 #include <filesystem>
 #include <iostream>
 #include <limits>
-#include <system_error>
 #include <utility>
 
 namespace blockid::cli {
@@ -29,12 +28,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kChain = "G1=rational(nb=3,na=3) | f=polynomial(degree=5) | G2=rational(nb=3,na=3)";
 constexpr double kSecondsBetweenLines = 0.25;
-
-void make_folder(const fs::path& folder) {
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) throw OutputError(compose(folder.string(), ": cannot make the folder: ", code.message()));
-}
 
 /// The truth's numbers in the coordinates of the model: gains by the same convention, the polynomial over the range
 /// that the model's has.

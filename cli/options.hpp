@@ -121,6 +121,8 @@ struct ReproduceCommand {
   std::string name;
   bool list = false;
   std::uint64_t seed = 1;
+  /// For the pictures; empty: none.
+  std::string folder;
   std::string json;
   bool quiet = false;
 };

@@ -40,6 +40,12 @@ void check_outputs(const std::vector<std::string>& files) {
   }
 }
 
+void make_folder(const fs::path& folder) {
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) throw OutputError(compose(folder.string(), ": cannot make the folder: ", code.message()));
+}
+
 void write_output(const std::string& file, std::string_view content) {
   try {
     write_file_atomically(file, content);

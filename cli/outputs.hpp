@@ -3,6 +3,7 @@
 
 #include <blockid/data/error.hpp>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -19,6 +20,9 @@ class OutputError : public Error {
 /// Throws OutputError when one of the files surely cannot be written (its folder is missing or closed, it is a folder),
 /// Error when two are the same. Empty names are skipped.
 void check_outputs(const std::vector<std::string>& files);
+
+/// Makes the folder where it is missing; throws OutputError.
+void make_folder(const std::filesystem::path& folder);
 
 /// Replaces the file atomically; throws OutputError.
 void write_output(const std::string& file, std::string_view content);

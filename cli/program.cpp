@@ -275,11 +275,15 @@ void add_demo(CLI::App& program, DemoCommand& command) {
 void add_reproduce(CLI::App& program, ReproduceCommand& command) {
   CLI::App& app = *program.add_subcommand(
       "reproduce", "compute the figures of a publication anew and compare; exit code 2 when one is missed");
-  app.footer(kExitCodesText);
+  app.footer("Exit code 2 means that a published figure was missed.\n" + std::string(kExitCodesText));
   app.add_option("NAME", command.name, "publication, one of --list");
   app.add_flag("--list", command.list, "show the publications and end (default: off)");
   app.add_option("--seed", command.seed, "seed of the simulated data (default: 1)")->type_name("N");
-  add_file(app, "--json", command.json, "published and reproduced figures as JSON");
+  app.add_option("-o,--output-dir", command.folder,
+                 "folder for the pictures as SVG files, made if missing; they need gnuplot (default: not drawn)")
+      ->type_name("FOLDER")
+      ->group("Results");
+  add_file(app, "--json", command.json, "published and reproduced figures, and notes on the print, as JSON");
   add_quiet(app, command.quiet)->group("Results");
 }
 

@@ -1,13 +1,16 @@
 #include <blockid/cli/commands.hpp>
 #include <blockid/cli/exit_codes.hpp>
 #include <blockid/cli/giordano2015.hpp>
+#include <blockid/cli/janiszowski1999.hpp>
 #include <blockid/cli/outputs.hpp>
+#include <blockid/cli/report/gnuplot.hpp>
 #include <blockid/cli/text_table.hpp>
 #include <blockid/data/error.hpp>
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -15,26 +18,31 @@
 namespace blockid::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using Align = TextTable::Align;
 
 /// A publication whose figures can be computed anew.
-struct Reproduction {
+struct Publication {
   std::string name;
   std::string title;
-  std::vector<ReproducedFigure> (*run)(std::uint64_t seed);
+  Reproduction (*run)(std::uint64_t seed);
 };
 
-const std::vector<Reproduction>& reproductions() {
-  static const std::vector<Reproduction> all = {
+/// A new publication is one more entry.
+const std::vector<Publication>& publications() {
+  static const std::vector<Publication> all = {
       {"giordano2015", "Giordano and Sjoberg 2015, section 5: the fractional approach on a simulated system",
-       giordano2015}};
+       giordano2015},
+      {"janiszowski1999-table1", "Janiszowski 1999, table 1: errors of discrete-time trends under disturbances",
+       janiszowski1999_table1},
+      {"janiszowski1999-table2", "Janiszowski 1999, table 2: coefficients of five structures", janiszowski1999_table2}};
   return all;
 }
 
-const Reproduction& reproduction(const std::string& name) {
+const Publication& publication(const std::string& name) {
   std::string known;
-  for (const Reproduction& one : reproductions()) {
+  for (const Publication& one : publications()) {
     if (one.name == name) return one;
     known += (known.empty() ? "" : ", ") + one.name;
   }
@@ -43,7 +51,7 @@ const Reproduction& reproduction(const std::string& name) {
 
 void print_list() {
   TextTable table{{{"name", Align::left}, {"publication", Align::left}}, {}};
-  for (const Reproduction& one : reproductions()) table.rows.push_back({one.name, one.title});
+  for (const Publication& one : publications()) table.rows.push_back({one.name, one.title});
   print(std::cout, table);
 }
 
@@ -74,6 +82,49 @@ Json json_of(const ReproducedFigure& figure) {
   return row;
 }
 
+/// Files of the pictures in the folder.
+std::vector<std::string> picture_files(const std::vector<Picture>& pictures, const fs::path& folder) {
+  std::vector<std::string> files;
+  for (const Picture& picture : pictures) files.push_back((folder / (picture.stem + ".svg")).string());
+  return files;
+}
+
+/// All are drawn before the first is written.
+void write_pictures(const std::vector<Picture>& pictures, const fs::path& folder) {
+  std::vector<std::string> drawn;
+  for (const Picture& picture : pictures) {
+    drawn.push_back(gnuplot_document(picture.script, picture.title, picture.width, picture.height));
+  }
+  const std::vector<std::string> files = picture_files(pictures, folder);
+  check_outputs(files);
+  for (std::size_t k = 0; k < files.size(); ++k) write_output(files[k], drawn[k]);
+}
+
+/// Whether the pictures that were asked for can be drawn; says so on stderr when they cannot.
+bool can_draw(const std::string& folder) {
+  if (folder.empty()) return false;
+  if (gnuplot_is_there()) return true;
+  std::cerr << "blockid: gnuplot is not installed (or not on the PATH), so no pictures are written; on Debian: apt "
+               "install gnuplot-nox\n";
+  return false;
+}
+
+void print_notes(const std::vector<std::string>& notes) {
+  if (notes.empty()) return;
+  std::cout << "notes on the print\n";
+  for (const std::string& note : notes) std::cout << "  - " << note << '\n';
+}
+
+Json json_of(const Publication& publication, const Reproduction& result, bool pass,
+             const std::vector<std::string>& files) {
+  Json json = {{"name", publication.name}, {"rows", Json::array()}};
+  for (const ReproducedFigure& figure : result.figures) json["rows"].push_back(json_of(figure));
+  json["notes"] = result.notes;
+  json["pictures"] = files;
+  json["pass"] = pass;
+  return json;
+}
+
 }  // namespace
 
 int run_reproduce(const ReproduceCommand& command) {
@@ -82,22 +133,26 @@ int run_reproduce(const ReproduceCommand& command) {
     return kSuccess;
   }
   if (command.name.empty()) fail("reproduce: expected a name; 'blockid reproduce --list' shows them");
-  const Reproduction& chosen = reproduction(command.name);
+  const Publication& chosen = publication(command.name);
   check_outputs({command.json});
-  const std::vector<ReproducedFigure> figures = chosen.run(command.seed);
-  const bool pass =
-      std::all_of(figures.begin(), figures.end(), [](const ReproducedFigure& figure) { return figure.pass; });
+  if (!command.folder.empty()) make_folder(command.folder);
+  const bool draws = can_draw(command.folder);
+  const Reproduction result = chosen.run(command.seed);
+  const bool pass = std::all_of(result.figures.begin(), result.figures.end(),
+                                [](const ReproducedFigure& figure) { return figure.pass; });
+  std::vector<std::string> files;
   if (!command.quiet) {
     std::cout << chosen.title << '\n';
-    print_figures(figures);
-    std::cout << (pass ? "all figures reproduced\n" : "not all figures reproduced\n");
+    print_figures(result.figures);
+    print_notes(result.notes);
+    std::cout << (pass ? "all figures reproduced\n" : "not all figures reproduced\n") << std::flush;
   }
-  if (!command.json.empty()) {
-    Json result = {{"name", chosen.name}, {"rows", Json::array()}};
-    for (const ReproducedFigure& figure : figures) result["rows"].push_back(json_of(figure));
-    result["pass"] = pass;
-    write_output(command.json, json_text(result));
+  if (draws) {
+    write_pictures(result.pictures, command.folder);
+    files = picture_files(result.pictures, command.folder);
+    if (!command.quiet) std::cout << files.size() << " pictures in " << command.folder << '\n';
   }
+  if (!command.json.empty()) write_output(command.json, json_text(json_of(chosen, result, pass, files)));
   return pass ? kSuccess : kNumericalFailure;
 }
 

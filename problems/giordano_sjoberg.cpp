@@ -19,15 +19,15 @@ constexpr double kNoiseDeviation = 0.1;
 Eigen::Vector2d pair(std::complex<double> root) { return {-2.0 * root.real(), std::norm(root)}; }
 
 Model true_model() {
-  constexpr double kZero = -0.5;
-  const Eigen::Vector2d a1 = pair({0.5, 0.4});
-  const Eigen::Vector2d a2 = pair({0.2, 0.6});
-  const double g1 = (1.0 + a1.sum()) / (1.0 - kZero);
+  const GiordanoSjobergRoots roots;
+  const Eigen::Vector2d a1 = pair(roots.first_pole);
+  const Eigen::Vector2d a2 = pair(roots.second_pole);
+  const double g1 = (1.0 + a1.sum()) / (1.0 - roots.first_zero);
   const Polynomial f(3, SignalRange{-20.0, 20.0});
   const Eigen::VectorXd theta_f = f.from_powers(Eigen::Vector4d(0.0, 1.0, 0.1, 0.05));
 
   Model model = make_model(Series({{"G1", Rational(1, 2)}, {"f", f}, {"G2", Rational(0, 2)}}));
-  model.parameters << g1, -kZero * g1, a1, theta_f, 1.0 + a2.sum(), a2;
+  model.parameters << g1, -roots.first_zero * g1, a1, theta_f, 1.0 + a2.sum(), a2;
   return model;
 }
 

@@ -1,5 +1,7 @@
 #include <blockid/cli/report/gnuplot.hpp>
 
+#include <blockid/cli/report/html.hpp>
+
 #include <blockid/data/atomic_file.hpp>
 #include <blockid/data/error.hpp>
 
@@ -45,6 +47,7 @@ class ScratchFolder {
 };
 
 constexpr int kNotStarted = -1;
+const std::string kPrologue = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n";
 
 /// Exit code of gnuplot with these arguments, kNotStarted when it cannot be run; what it says goes to `messages`.
 int run_gnuplot(std::vector<std::string> arguments, const fs::path& messages) {
@@ -71,6 +74,24 @@ int run_gnuplot(std::vector<std::string> arguments, const fs::path& messages) {
   return WEXITSTATUS(status) == kCommandNotFound ? kNotStarted : WEXITSTATUS(status);
 }
 
+/// What gnuplot makes of the script; `name` is for messages.
+std::string drawn(const std::string& script, const std::string& name, int width, int height) {
+  const ScratchFolder folder;
+  const fs::path picture = folder / "picture.svg";
+  const fs::path source = folder / "picture.gp";
+  const fs::path messages = folder / "messages";
+  std::ofstream(source) << "set terminal svg size " << width << "," << height
+                        << " dynamic noenhanced font 'sans-serif,13' background 'white' linewidth 1\n"
+                        << "set output '" << picture.string() << "'\n"
+                        << script << "\nunset output\n";
+  const int code = run_gnuplot({source.string()}, messages);
+  if (code == kNotStarted) fail(kGnuplotMissing);
+  if (code != 0 || !fs::exists(picture)) {
+    fail("gnuplot failed on the picture '", name, "' with exit code ", code, ": ", read_file(messages));
+  }
+  return read_file(picture);
+}
+
 }  // namespace
 
 bool gnuplot_is_there() {
@@ -89,21 +110,27 @@ std::string inline_svg(const std::string& svg, const std::string& id) {
   return text;
 }
 
-std::string gnuplot_svg(const std::string& script, const std::string& id, int width, int height) {
-  const ScratchFolder folder;
-  const fs::path picture = folder / "picture.svg";
-  const fs::path source = folder / "picture.gp";
-  const fs::path messages = folder / "messages";
-  std::ofstream(source) << "set terminal svg size " << width << "," << height
-                        << " dynamic noenhanced font 'sans-serif,13' background 'white' linewidth 1\n"
-                        << "set output '" << picture.string() << "'\n"
-                        << script << "\nunset output\n";
-  const int code = run_gnuplot({source.string()}, messages);
-  if (code == kNotStarted) fail(kGnuplotMissing);
-  if (code != 0 || !fs::exists(picture)) {
-    fail("gnuplot failed on the picture '", id, "' with exit code ", code, ": ", read_file(messages));
+std::string document_svg(const std::string& svg, const std::string& title) {
+  const std::size_t begin = svg.find("<svg");
+  if (begin == std::string::npos) fail("gnuplot made no SVG picture");
+  // The title may hold what a replacement format would take for a reference.
+  const std::string text = std::regex_replace(svg.substr(begin), std::regex("<desc>[^<]*</desc>\\n?"), "");
+  const std::regex own("<title>[^<]*</title>");
+  std::smatch found;
+  const std::string element = "<title>" + escaped(title) + "</title>";
+  if (std::regex_search(text, found, own)) {
+    return kPrologue + found.prefix().str() + element + found.suffix().str();
   }
-  return inline_svg(read_file(picture), id);
+  const std::size_t inside = text.find('>') + 1;
+  return kPrologue + text.substr(0, inside) + element + text.substr(inside);
+}
+
+std::string gnuplot_svg(const std::string& script, const std::string& id, int width, int height) {
+  return inline_svg(drawn(script, id, width, height), id);
+}
+
+std::string gnuplot_document(const std::string& script, const std::string& title, int width, int height) {
+  return document_svg(drawn(script, title, width, height), title);
 }
 
 }  // namespace blockid::cli

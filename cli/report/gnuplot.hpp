@@ -17,7 +17,13 @@ bool gnuplot_is_there();
 /// Throws Error with gnuplot's message when it fails.
 std::string gnuplot_svg(const std::string& script, const std::string& id, int width, int height);
 
+/// The same as a document of its own, with XML prologue, name spaces and title.
+std::string gnuplot_document(const std::string& script, const std::string& title, int width, int height);
+
 /// SVG text of gnuplot made fit for HTML, as above.
 std::string inline_svg(const std::string& svg, const std::string& id);
+
+/// SVG text of gnuplot as a document that names no other, with this title.
+std::string document_svg(const std::string& svg, const std::string& title);
 
 }  // namespace blockid::cli

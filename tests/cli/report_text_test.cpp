@@ -82,6 +82,19 @@ TEST(Gnuplot, PicturesFitIntoAPage) {
   EXPECT_THROW(inline_svg("nothing", "pic"), blockid::Error);
 }
 
+TEST(Gnuplot, PicturesStandAlone) {
+  const std::string svg = document_svg(
+      "<?xml version=\"1.0\"?>\n<!DOCTYPE svg PUBLIC \"-//W3C//DTD SVG 1.1//EN\" \"http://www.w3.org/x.dtd\">\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\">\n<title>Gnuplot</title>\n<desc>made</desc>\n</svg>",
+      "f < $1 & g");
+  EXPECT_EQ(svg,
+            "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\">\n"
+            "<title>f &lt; $1 &amp; g</title>\n</svg>");
+  EXPECT_EQ(document_svg("<svg>\n</svg>", "t"),
+            "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<svg><title>t</title>\n</svg>");
+  EXPECT_THROW(document_svg("nothing", "t"), blockid::Error);
+}
+
 TEST(Gnuplot, DrawsOrSaysWhyNot) {
   if (!gnuplot_is_there()) GTEST_SKIP() << kGnuplotMissing;
   const std::string svg = gnuplot_svg("set title " + quoted("it's `date` $(date) <&>") + "\nplot x\n", "p", 300, 200);

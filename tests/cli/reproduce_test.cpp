@@ -5,16 +5,51 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <blockid/cli/report/gnuplot.hpp>
+#include <blockid/data/atomic_file.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <regex>
 #include <string>
+#include <vector>
 
 namespace {
+
+namespace fs = std::filesystem;
 
 using blockid::testing::json_file;
 using blockid::testing::ProgramRun;
 using blockid::testing::run_program;
 using blockid::testing::TempDir;
 using nlohmann::json;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// Every element that opens closes, in the right order, and no attribute lacks its quotes.
+void expect_well_formed(const std::string& xml) {
+  static const std::regex tag(
+      R"re(<(/?)([A-Za-z][A-Za-z0-9:]*)((?:\s+[A-Za-z][A-Za-z0-9:_-]*\s*=\s*(?:"[^"<]*"|'[^'<]*'))*)\s*(/?)>)re");
+  const std::size_t prologue = xml.find("?>");
+  ASSERT_NE(prologue, std::string::npos);
+  const std::string body = xml.substr(prologue + 2);
+  std::vector<std::string> open;
+  std::ptrdiff_t tags = 0;
+  for (std::sregex_iterator it(body.begin(), body.end(), tag), end; it != end; ++it, ++tags) {
+    const std::string name = (*it)[2];
+    if ((*it)[1].length() > 0) {
+      ASSERT_FALSE(open.empty()) << "</" << name << ">";
+      EXPECT_EQ(open.back(), name);
+      open.pop_back();
+    } else if ((*it)[4].length() == 0) {
+      open.push_back(name);
+    }
+  }
+  EXPECT_THAT(open, IsEmpty());
+  EXPECT_EQ(tags, std::count(body.begin(), body.end(), '<')) << "a '<' that begins no element";
+}
 
 TEST(Reproduce, GiordanoSjoberg2015) {
   const TempDir folder;
@@ -40,6 +75,66 @@ TEST(Reproduce, GiordanoSjoberg2015) {
   EXPECT_EQ(result["pass"].get<bool>(), all);
   EXPECT_EQ(run.code, all ? 0 : 2) << run.err;
   EXPECT_THAT(run.out, HasSubstr("published"));
+  ASSERT_GE(result["notes"].size(), 1U);
+  EXPECT_THAT(run.out, HasSubstr(result["notes"].front().get<std::string>()));
+  EXPECT_TRUE(result["pictures"].empty());
+}
+
+TEST(Reproduce, WritesPicturesThatStandAlone) {
+  const TempDir folder;
+  const ProgramRun run =
+      run_program({"reproduce", "giordano2015", "-o", "pictures", "--json", "r.json", "--quiet"}, folder.path());
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.out, "");
+  const json pictures = json_file(folder / "r.json")["pictures"];
+  if (!blockid::cli::gnuplot_is_there()) {
+    EXPECT_THAT(run.err, HasSubstr("no pictures"));
+    EXPECT_TRUE(pictures.empty());
+    return;
+  }
+  std::vector<std::string> stems;
+  for (const json& file : pictures) {
+    const fs::path path = folder.path() / file.get<std::string>();
+    stems.push_back(path.stem().string());
+    const std::string text = blockid::read_file(path);
+    EXPECT_EQ(text.rfind("<?xml version=\"1.0\"", 0), 0U) << path;
+    EXPECT_THAT(text, HasSubstr("xmlns=\"http://www.w3.org/2000/svg\""));
+    expect_well_formed(text);
+  }
+  EXPECT_THAT(stems, ElementsAre("figure_2", "figure_3", "figure_4", "figure_5", "bla", "errors"));
+}
+
+TEST(Reproduce, DoesWithoutGnuplot) {
+  const TempDir folder;
+  const ProgramRun run = run_program({"reproduce", "giordano2015", "-o", "pictures"}, folder.path(), {"PATH=/nowhere"});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("gnuplot is not installed"));
+  EXPECT_TRUE(fs::is_empty(folder / "pictures"));
+}
+
+TEST(Reproduce, HelpNamesTheExitCodeOfAMissedFigure) {
+  const TempDir folder;
+  EXPECT_THAT(run_program({"reproduce", "--help"}, folder.path()).out,
+              HasSubstr("Exit code 2 means that a published figure was missed"));
+}
+
+TEST(Reproduce, RefusesAFolderThatCannotBe) {
+  const TempDir folder;
+  const ProgramRun run = run_program({"reproduce", "giordano2015", "-o", "/dev/null/pictures"}, folder.path());
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.err, HasSubstr("cannot make the folder"));
+}
+
+TEST(Reproduce, Janiszowski1999) {
+  const TempDir folder;
+  for (const char* table : {"janiszowski1999-table1", "janiszowski1999-table2"}) {
+    const ProgramRun run = run_program({"reproduce", table, "--json", "r.json"}, folder.path());
+    EXPECT_EQ(run.code, 0) << run.out << run.err;
+    const json result = json_file(folder / "r.json");
+    EXPECT_TRUE(result["pass"].get<bool>());
+    EXPECT_GE(result["rows"].size(), 25U);
+    EXPECT_GE(result["notes"].size(), 3U);
+  }
 }
 
 TEST(Reproduce, ListsAndRefusesUnknownNames) {
