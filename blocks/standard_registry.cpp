@@ -1,6 +1,8 @@
 #include <blockid/blocks/registry.hpp>
 
 #include <blockid/blocks/biquads.hpp>
+#include <blockid/blocks/continuous_bank.hpp>
+#include <blockid/blocks/continuous_rational.hpp>
 #include <blockid/blocks/dead_zone.hpp>
 #include <blockid/blocks/delay.hpp>
 #include <blockid/blocks/fir.hpp>
@@ -27,6 +29,8 @@ namespace {
 
 /// Largest structures that a text may ask for: a typing error must not exhaust memory.
 constexpr IntegerLimits kOrder{0, 1'000};
+/// Orders of continuous-time filters: a matrix exponential of twice the order for every evaluation.
+constexpr IntegerLimits kContinuousOrder{1, 60};
 constexpr IntegerLimits kTaps{0, 10'000};
 constexpr IntegerLimits kDelay{0, 100'000};
 constexpr IntegerLimits kKnots{2, Knots::kMaxCount};
@@ -113,6 +117,65 @@ void add_linear(Registry& registry) {
       "expansion of a filter with fractional poles and zeros");
 }
 
+Sampling sampling(const BlockArguments& arguments) {
+  const std::string hold =
+      arguments.word_or("hold", "foh", {"zoh", "foh", "spline3", "spline5", "spline7", "band_limited"});
+  return {arguments.number("sample_time"), *hold_from_text(hold)};
+}
+
+std::vector<double> break_points(const BlockArguments& arguments) {
+  std::vector<double> points = arguments.list("break_points");
+  if (points.empty() || std::ssize(points) > kContinuousOrder.max) {
+    arguments.refuse("break_points", "expected 1 to 60 numbers");
+  }
+  return points;
+}
+
+const ArgumentKey kSampleTimeKey = {"sample_time", "in seconds"};
+const ArgumentKey kHoldKey = {"hold",
+                              "input between samples: zoh, foh, spline3, spline5, spline7, band_limited; default foh"};
+const ArgumentKey kBreakPointsKey = {"break_points", "[p1,p2,...] rad/s"};
+const ArgumentKey kPoleKey = {"pole", "rad/s"};
+
+void add_continuous(Registry& registry) {
+  registry.add(
+      "continuous_rational",
+      {{"nb", "degree of the numerator"},
+       {"na", "degree of the denominator"},
+       kSampleTimeKey,
+       kHoldKey,
+       {"break_points", "[p1,p2,...] rad/s, na of them; default spread below the Nyquist frequency"}},
+      [](const BlockArguments& a) {
+        return ContinuousRational(a.integer("nb", {0, kContinuousOrder.max}), a.integer("na", kContinuousOrder),
+                                  sampling(a), a.has("break_points") ? break_points(a) : std::vector<double>{});
+      },
+      "continuous-time filter B(s)/A(s)");
+  registry.add(
+      "flbf", {kBreakPointsKey, kSampleTimeKey, kHoldKey},
+      [](const BlockArguments& a) { return ContinuousBank::flbf(break_points(a), sampling(a)); },
+      "weighted sum of frequency-localising filters");
+  registry.add(
+      "svf", {{"order", "how many filters"}, kPoleKey, kSampleTimeKey, kHoldKey},
+      [](const BlockArguments& a) {
+        return ContinuousBank::svf(a.integer("order", kContinuousOrder), a.number("pole"), sampling(a));
+      },
+      "weighted sum of state-variable filters");
+  registry.add(
+      "laguerre", {{"order", "how many filters"}, kPoleKey, kSampleTimeKey, kHoldKey},
+      [](const BlockArguments& a) {
+        return ContinuousBank::laguerre(a.integer("order", kContinuousOrder), a.number("pole"), sampling(a));
+      },
+      "weighted sum of Laguerre filters");
+  registry.add(
+      "kautz",
+      {{"pairs", "of filters"}, {"frequency", "rad/s"}, {"damping", "of the pole pair"}, kSampleTimeKey, kHoldKey},
+      [](const BlockArguments& a) {
+        return ContinuousBank::kautz(a.integer("pairs", {1, kContinuousOrder.max / 2}), a.number("frequency"),
+                                     a.number("damping"), sampling(a));
+      },
+      "weighted sum of two-parameter Kautz filters");
+}
+
 /// Numbers as many as ties; `fallback` for each when the key is missing.
 std::vector<double> for_each_tie(const BlockArguments& arguments, std::string_view key, std::size_t count,
                                  double fallback) {
@@ -188,6 +251,7 @@ void add_rates(Registry& registry) {
 Registry standard_registry() {
   Registry registry;
   add_linear(registry);
+  add_continuous(registry);
   add_static(registry);
   add_containers(registry);
   add_rates(registry);

@@ -2,6 +2,8 @@
 #include "blocks/custom_blocks.hpp"
 
 #include <blockid/blocks/biquads.hpp>
+#include <blockid/blocks/continuous_bank.hpp>
+#include <blockid/blocks/continuous_rational.hpp>
 #include <blockid/blocks/delay.hpp>
 #include <blockid/blocks/fir.hpp>
 #include <blockid/blocks/fractional_filter.hpp>
@@ -52,6 +54,8 @@ std::vector<LabelledBlock> blocks() {
           {"fir", Fir(30)},
           {"delay", Delay(700)},
           {"biquads", Biquads(2)},
+          {"continuous_rational", ContinuousRational(2, 3, {0.1, Hold::cubic})},
+          {"svf", ContinuousBank::svf(3, 2.0, {0.1, Hold::first_order})},
           {"fractional", FractionalFilter({{0.9}, {1.5}}, 40, 30)},
           {"polynomial", Polynomial(5)},
           {"spline", Spline(20)},
