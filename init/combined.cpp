@@ -1,7 +1,10 @@
 #include <blockid/init/combined.hpp>
 #include <blockid/init/detail/repeated.hpp>
+#include <blockid/init/detail/watched.hpp>
+#include <blockid/init/root_search.hpp>
 #include <blockid/init/special_cases.hpp>
 #include <blockid/init/split.hpp>
+#include <blockid/init/wh_builder.hpp>
 #include <blockid/init/wh_structure.hpp>
 
 #include <algorithm>
@@ -12,24 +15,15 @@
 namespace blockid {
 namespace {
 
-/// The caller's progress function with a memory of its cancellation.
-InitialiserOptions watched(const InitialiserOptions& options, const std::shared_ptr<bool>& cancelled) {
-  InitialiserOptions result = options;
-  if (options.progress) {
-    result.progress = [progress = options.progress, cancelled](const Progress& p) {
-      if (!progress(p)) *cancelled = true;
-      return !*cancelled;
-    };
-  }
-  return result;
-}
+/// Samples of each record on which the chain's own static block is fitted and ranked.
+constexpr Index kExchangeSamples = 20000;
 
 }  // namespace
 
 Initialiser combined(std::vector<Initialiser> initialisers) {
   return [initialisers](const AnyBlock& chain, const DataSet& data, const InitialiserOptions& options) {
     const auto cancelled = std::make_shared<bool>(false);
-    const InitialiserOptions settings = watched(options, cancelled);
+    const InitialiserOptions settings = detail::watched(options, cancelled);
     std::vector<Candidate> all;
     for (const Initialiser& initialiser : initialisers) {
       if (*cancelled) break;
@@ -41,9 +35,20 @@ Initialiser combined(std::vector<Initialiser> initialisers) {
   };
 }
 
+Initialiser with_plain_static_block(Initialiser initialiser) {
+  return [initialiser](const AnyBlock& chain, const DataSet& data, const InitialiserOptions& options) {
+    const DataSet part = first_samples(data, kExchangeSamples, options.prediction.warmup);
+    const WienerHammersteinBuilder builder(chain, "with_plain_static_block", part, options.prediction);
+    std::vector<Candidate> candidates = initialiser(builder.plain_chain(), data, options);
+    const Index count = std::ssize(candidates);
+    return builder.plain() ? candidates : builder.finished(std::move(candidates), count);
+  };
+}
+
 Initialiser fractional(FractionalOptions options) {
-  const Initialiser both = combined({release(options.release), classify(options.classify),
-                                     exhaustive_split(options.split), wiener_and_hammerstein()});
+  const Initialiser roads = combined({release(options.release), classify(options.classify),
+                                      exhaustive_split(options.split), wiener_and_hammerstein()});
+  const Initialiser both = with_plain_static_block(root_search(roads, options.search));
   return [both](const AnyBlock& chain, const DataSet& data, const InitialiserOptions& settings) {
     const WienerHammersteinStructure structure = wiener_hammerstein_structure(chain, "fractional");
     const bool one_filter = !structure.first_filter || !structure.second_filter;

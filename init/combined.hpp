@@ -4,6 +4,7 @@
 #include <blockid/estimators/candidate.hpp>
 #include <blockid/init/classify.hpp>
 #include <blockid/init/release.hpp>
+#include <blockid/init/root_search.hpp>
 #include <blockid/init/split.hpp>
 
 #include <vector>
@@ -13,11 +14,17 @@ namespace blockid {
 /// The candidates of all, best first, each model once. Stops at the first that was cancelled.
 Initialiser combined(std::vector<Initialiser> initialisers);
 
+/// The candidates for the chain with its static block in plain form (without oversampling, and a spline in place of one
+/// that is not linear in its parameters), with the chain's own static block put back.
+Initialiser with_plain_static_block(Initialiser initialiser);
+
 struct FractionalOptions {
   ClassifyOptions classify = {};
   ReleaseOptions release = {};
   /// Few enough partitions not to grow with the orders.
   SplitOptions split = {.max_partitions = 64, .ranking_samples = 5000, .keep = 4};
+  /// Around what these find.
+  RootSearchOptions search = {};
 };
 
 /// The fractional approach with both its roads, release() and classify(), and beside them a few splits and the Wiener

@@ -81,6 +81,12 @@ AnyBlock WienerHammersteinBuilder::affine_static_block() const {
   return affine_ ? structure_.blocks[structure_.static_block].block : AnyBlock(Spline(kSurrogateKnots));
 }
 
+AnyBlock WienerHammersteinBuilder::plain_chain() const {
+  std::vector<LabelledBlock> blocks = structure_.blocks;
+  blocks[structure_.static_block].block = affine_static_block();
+  return Series(std::move(blocks));
+}
+
 StaticFit WienerHammersteinBuilder::fitted(const Eigen::VectorXd& first, const Eigen::VectorXd& second) const {
   std::vector<LabelledBlock> blocks = structure_.blocks;
   blocks[structure_.static_block].block = affine_static_block();
@@ -169,7 +175,7 @@ std::vector<Candidate> WienerHammersteinBuilder::finished(std::vector<Candidate>
   std::erase_if(candidates, [](const Candidate& c) { return !std::isfinite(c.rmse); });
   std::stable_sort(candidates.begin(), candidates.end(), lower_error);
   if (std::ssize(candidates) > keep) candidates.erase(candidates.begin() + keep, candidates.end());
-  if (affine_ && !oversampled_) return candidates;
+  if (plain()) return candidates;
   for (Candidate& candidate : candidates) {
     if (!affine_) candidate.model = with_own_static_block(candidate.model);
     if (oversampled_) candidate.model = with_own_oversampling(candidate.model);

@@ -37,6 +37,10 @@ class WienerHammersteinBuilder {
 
   /// The chain without oversampling.
   const WienerHammersteinStructure& structure() const { return structure_; }
+  /// Whether the chain is its own twin: static block linear in its parameters and not oversampled.
+  bool plain() const { return affine_ && !oversampled_; }
+  /// The twin.
+  AnyBlock plain_chain() const;
   /// The static block, or the spline that stands for it.
   AnyBlock affine_static_block() const;
 
