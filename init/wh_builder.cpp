@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <random>
 #include <utility>
 
 namespace blockid {
@@ -18,6 +20,11 @@ namespace {
 constexpr Index kSurrogateKnots = 12;
 /// Samples of its curve that such a block is then fitted to.
 constexpr Index kCurveSamples = 400;
+/// Starts of that fit, how far they lie from the first one, and the share of the curve's deviation that ends it.
+constexpr int kCurveStarts = 16;
+constexpr double kCurveSpread = 4.0;
+constexpr double kCurveTolerance = 0.02;
+constexpr std::uint64_t kCurveSeed = 1;
 
 double standard_deviation(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
 
@@ -28,6 +35,27 @@ Eigen::VectorXd filtered(const Rational& filter, const Eigen::VectorXd& theta, c
 }
 
 bool lower_error(const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; }
+
+/// The best of several refits to a curve: the first from `start`, the others from draws around its first `drawn`
+/// parameters, the gain behind them in either sign. Ends with the first that is near enough.
+Model fitted_to_curve(const Model& start, Index drawn, const Record& curve) {
+  RefitOptions settings;
+  settings.max_iterations = 100;
+  settings.covariance = false;
+  std::mt19937_64 engine(kCurveSeed);
+  const double enough = kCurveTolerance * standard_deviation(curve.y);
+  RefitReport best = refit(start, curve, settings);
+  for (int draw = 1; draw < kCurveStarts && !(best.rmse <= enough); ++draw) {
+    Model other = start;
+    for (Index k = 0; k < drawn; ++k) {
+      other.parameters[k] += kCurveSpread * (2.0 * 0x1.0p-64 * static_cast<double>(engine()) - 1.0);
+    }
+    if (draw % 2 == 0) other.parameters.tail(other.parameters.size() - drawn) *= -1.0;
+    RefitReport report = refit(other, curve, settings);
+    if (report.rmse < best.rmse || !std::isfinite(best.rmse)) best = std::move(report);
+  }
+  return best.model;
+}
 
 StaticFit failed(const std::vector<LabelledBlock>& blocks) {
   return {make_model(Series(blocks)), std::numeric_limits<double>::infinity(), 0, 0.0, false};
@@ -143,10 +171,7 @@ Model WienerHammersteinBuilder::with_own_static_block(const Model& surrogate) co
   Model start = make_model(Series(std::move(row)));
   const double spread = standard_deviation(curve.y) / std::max(standard_deviation(curve.u), 1e-300);
   if (behind != nullptr) start.parameters[own.parameter_count()] = std::isfinite(spread) ? spread : 1.0;
-  RefitOptions settings;
-  settings.max_iterations = 100;
-  settings.covariance = false;
-  const Model fitted = refit(start, curve, settings).model;
+  const Model fitted = fitted_to_curve(start, own.parameter_count(), curve);
 
   Model result = surrogate;
   std::vector<LabelledBlock> blocks = structure_.blocks;
