@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -100,6 +101,60 @@ void QrTriangle::add(const double* data, Index rows, Index stride) {
   const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(stacked);
   triangle_ = stacked.topRows(columns).triangularView<Eigen::Upper>();
   rows_ += rows;
+}
+
+namespace {
+
+/// J of a triangle of [J r] with columns of unit norm, taken apart.
+struct ScaledSingular {
+  explicit ScaledSingular(const QrTriangle& triangle, double rank_tolerance) {
+    const Index n = triangle.columns() - 1;
+    const Eigen::MatrixXd J = triangle.triangle().topLeftCorner(n, n);
+    unscale = J.colwise().norm();
+    for (double& value : unscale) value = value > 0.0 ? 1.0 / value : 1.0;
+    svd.compute(J * unscale.asDiagonal(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::VectorXd& values = svd.singularValues();
+    inverse = Eigen::VectorXd::Zero(n);
+    while (rank < n && values[rank] > rank_tolerance * values[0]) {
+      inverse[rank] = 1.0 / values[rank];
+      ++rank;
+    }
+    condition = rank == n ? values[0] / values[n - 1] : std::numeric_limits<double>::infinity();
+  }
+
+  /// (n, n) W with W W' = pseudo-inverse of J'J.
+  Eigen::MatrixXd root() const { return unscale.asDiagonal() * svd.matrixV() * inverse.asDiagonal(); }
+
+  Eigen::JacobiSVD<Eigen::MatrixXd> svd;
+  Eigen::VectorXd unscale;
+  Eigen::VectorXd inverse;
+  Index rank = 0;
+  double condition = 1.0;
+};
+
+}  // namespace
+
+LinearSolution solve_least_squares(const QrTriangle& triangle, double rank_tolerance) {
+  const Index n = triangle.columns() - 1;
+  const Eigen::VectorXd r = triangle.triangle().col(n);
+  if (n == 0) return {Eigen::VectorXd(), r.squaredNorm(), 0, 1.0};
+  const ScaledSingular singular(triangle, rank_tolerance);
+  LinearSolution solution;
+  solution.rank = singular.rank;
+  solution.condition = singular.condition;
+  solution.x = singular.root() * (singular.svd.matrixU().transpose() * r.head(n));
+  const Eigen::VectorXd left = r.head(n) - triangle.triangle().topLeftCorner(n, n) * solution.x;
+  solution.residual_sum_of_squares = left.squaredNorm() + r[n] * r[n];
+  return solution;
+}
+
+PseudoInverse scaled_pseudo_inverse(const QrTriangle& triangle, double rank_tolerance) {
+  const Index n = triangle.columns() - 1;
+  if (n == 0) return {};
+  const ScaledSingular singular(triangle, rank_tolerance);
+  const Eigen::MatrixXd root = singular.root();
+  return {root * root.transpose(), singular.rank, singular.condition,
+          singular.unscale.asDiagonal() * singular.svd.matrixV().rightCols(n - singular.rank)};
 }
 
 LinearSolution solve_least_squares(const Eigen::MatrixXd& gram, double rank_tolerance) {

@@ -76,6 +76,13 @@ inline constexpr double kGramRankTolerance = 1e-13;
 /// below `rank_tolerance` times the largest left out.
 LinearSolution solve_least_squares(const Eigen::MatrixXd& gram, double rank_tolerance = kGramRankTolerance);
 
+/// Singular values of the scaled columns of a triangle below this share of the largest count as undetermined.
+inline constexpr double kTriangleRankTolerance = 1e-13;
+
+/// argmin_x |r - J x|^2 from a triangle of [J r]: columns scaled to unit norm, singular values below `rank_tolerance`
+/// times the largest left out. Keeps the digits that J'J loses.
+LinearSolution solve_least_squares(const QrTriangle& triangle, double rank_tolerance = kTriangleRankTolerance);
+
 /// M, (P, P) with M M = pseudo-inverse of J'J and its rank: the covariance of the parameters up to the noise variance.
 struct PseudoInverse {
   Eigen::MatrixXd matrix;
@@ -87,6 +94,8 @@ struct PseudoInverse {
 
 /// Pseudo-inverse of a symmetric positive semidefinite matrix after scaling its diagonal to one.
 PseudoInverse scaled_pseudo_inverse(const Eigen::MatrixXd& normal_matrix, double rank_tolerance = kGramRankTolerance);
+/// That of J'J from a triangle of [J r].
+PseudoInverse scaled_pseudo_inverse(const QrTriangle& triangle, double rank_tolerance = kTriangleRankTolerance);
 
 /// P + 1 rows with the same cost, gradient and Gauss-Newton matrix as all the rows summed in G.
 struct CompressedRows {

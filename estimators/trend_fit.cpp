@@ -1,11 +1,10 @@
 #include <blockid/estimators/trend_fit.hpp>
 
+#include <blockid/blocks/detail/hold.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/accumulators.hpp>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +13,6 @@
 namespace blockid {
 namespace {
 
-/// Singular values of the scaled columns below this share of the largest count as undetermined.
-constexpr double kRankTolerance = 1e-13;
 constexpr Index kTileRows = 256;
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -60,37 +57,6 @@ QrTriangle summed_rows(const DataSet& data, const TrendStructure& structure, Ind
   return sums;
 }
 
-struct Solution {
-  Eigen::VectorXd theta;
-  Eigen::MatrixXd inverse;
-  Index rank = 0;
-  double condition = 1.0;
-  double residual = 0.0;
-};
-
-/// Least squares from the triangle of [X, regressand], columns of X scaled to unit norm.
-Solution solve(const QrTriangle& sums) {
-  const Index columns = sums.columns() - 1;
-  const Eigen::MatrixXd X = sums.triangle().topLeftCorner(columns, columns);
-  const Eigen::VectorXd y = sums.triangle().col(columns);
-  Eigen::VectorXd scale = X.colwise().norm();
-  for (double& value : scale) value = value > 0.0 ? 1.0 / value : 1.0;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(X * scale.asDiagonal(), Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::VectorXd& singular = svd.singularValues();
-  Solution result;
-  Eigen::VectorXd inverse_singular = Eigen::VectorXd::Zero(columns);
-  for (Index k = 0; k < columns && singular[k] > kRankTolerance * singular[0]; ++k, ++result.rank) {
-    inverse_singular[k] = 1.0 / singular[k];
-  }
-  const Eigen::MatrixXd root = scale.asDiagonal() * svd.matrixV() * inverse_singular.asDiagonal();
-  result.theta = root * (svd.matrixU().transpose() * y.head(columns));
-  result.inverse = root * root.transpose();
-  result.condition =
-      result.rank == columns ? singular[0] / singular[columns - 1] : std::numeric_limits<double>::infinity();
-  result.residual = (y.head(columns) - X * result.theta).squaredNorm() + y[columns] * y[columns];
-  return result;
-}
-
 void place_coefficients(const Eigen::VectorXd& theta, TrendFit& fit) {
   const TrendStructure& structure = fit.structure;
   fit.a = Eigen::VectorXd::Unit(structure.order + 1, structure.order);
@@ -116,18 +82,18 @@ TrendFit fit_from(const DataSet& data, const TrendStructure& structure, Index fi
   if (sums.rows() < columns) {
     fail("trends: expected at least ", columns, " complete rows for ", columns, " coefficients, got ", sums.rows());
   }
-  const Solution solution = solve(sums);
+  const LinearSolution solution = solve_least_squares(sums);
   TrendFit fit;
   fit.structure = structure;
   fit.rows = sums.rows();
   fit.rank = solution.rank;
   fit.condition = solution.condition;
   const double freedom = static_cast<double>(std::max<Index>(fit.rows - columns, 1));
-  fit.covariance = solution.residual / freedom * solution.inverse;
-  place_coefficients(solution.theta, fit);
+  fit.covariance = solution.residual_sum_of_squares / freedom * scaled_pseudo_inverse(sums).matrix;
+  place_coefficients(solution.x, fit);
   const double alpha = leading_weight(fit, data.records.front().sample_time_s);
   for_each_row(data, structure, first, [&](const Eigen::VectorXd& regressors, double regressand, double) {
-    const double error = (regressand - regressors.dot(solution.theta)) / alpha;
+    const double error = (regressand - regressors.dot(solution.x)) / alpha;
     fit.squared_error += error * error;
     fit.absolute_error += std::abs(error);
   });
@@ -185,22 +151,22 @@ Eigen::VectorXd simulate(const TrendFit& fit, const Eigen::VectorXd& u, double s
   const Index order = fit.structure.order;
   const double coefficients = radius_of(fit.a);
   const double radius = coefficients > 0.0 ? coefficients : 1.0 / sample_time_s;
-  // States are derivatives in units of the radius, the last one the held input.
-  Eigen::MatrixXd generator = Eigen::MatrixXd::Zero(order + 1, order + 1);
-  generator.topLeftCorner(order, order) = companion_matrix(fit.a, radius);
-  generator(0, order) = 1.0;
-  const Eigen::MatrixXd step = (generator * (radius * sample_time_s)).exp();
+  // States are derivatives in units of the radius.
+  const Eigen::MatrixXd derivatives = companion_matrix(fit.a, radius);
+  const Eigen::VectorXd drive = Eigen::VectorXd::Unit(order, 0);
+  const detail::SampledSystem<double> step =
+      detail::sampled_system<double>(derivatives, drive, {radius * sample_time_s, Hold::zero_order});
   Eigen::VectorXd output(order);
   for (Index power = 0; power < order; ++power) {
     output[order - 1 - power] = fit.b[power] / std::pow(radius, static_cast<double>(order - power));
   }
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(order + 1);
-  Eigen::VectorXd next(order + 1);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(order);
+  Eigen::VectorXd next(order);
   Eigen::VectorXd y(u.size());
   for (Index k = 0; k < u.size(); ++k) {
-    y[k] = output.dot(x.head(order));
-    x[order] = k < fit.structure.delay ? 0.0 : u[k - fit.structure.delay];
-    next.noalias() = step * x;
+    y[k] = output.dot(x);
+    next.noalias() = step.transition * x;
+    if (k >= fit.structure.delay) next += step.gains.col(step.gains.cols() - 1) * u[k - fit.structure.delay];
     x.swap(next);
   }
   return y;

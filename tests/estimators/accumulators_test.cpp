@@ -135,6 +135,50 @@ TEST(QrTriangleTest, KeepsWhatSquaringWouldLose) {
   EXPECT_EQ(scaled_pseudo_inverse((rows.transpose() * rows).topLeftCorner(2, 2)).rank, 1);
 }
 
+TEST(QrTriangleTest, LeastSquaresKeepTheDigitsToo) {
+  Eigen::MatrixXd rows = Noise(6).matrix(200, 3);
+  const Eigen::VectorXd difference = rows.col(1);
+  rows.col(1) = rows.col(0) + 1e-6 * difference;
+  rows.leftCols(1) *= 1e8;
+  QrTriangle sums(3);
+  add_in_tiles(rows, 50, sums);
+  const LinearSolution solution = solve_least_squares(sums);
+  const Eigen::VectorXd expected = rows.leftCols(2).colPivHouseholderQr().solve(rows.col(2));
+  EXPECT_EQ(solution.rank, 2);
+  // Condition 1e6 of the scaled columns times rounding, in units of a column's own scale.
+  EXPECT_NEAR(solution.x[0] * 1e8, expected[0] * 1e8, 1e-8 * std::abs(expected[0] * 1e8));
+  EXPECT_NEAR(solution.x[1], expected[1], 1e-8 * std::abs(expected[1]));
+  const double left = (rows.col(2) - rows.leftCols(2) * expected).squaredNorm();
+  EXPECT_NEAR(solution.residual_sum_of_squares, left, 1e-10 * left);
+  const PseudoInverse inverse = scaled_pseudo_inverse(sums);
+  // Oracle: (J'J)^-1 = W W' with W = J^+, by the dense pseudo-inverse of the scaled rows.
+  const Eigen::Vector2d scale = rows.leftCols(2).colwise().norm();
+  const Eigen::MatrixXd scaled = rows.leftCols(2) * scale.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd w = scaled.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd found = scale.asDiagonal() * inverse.matrix * scale.asDiagonal();
+  EXPECT_LT((found - w * w.transpose()).norm(), 1e-8 * found.norm());
+  EXPECT_NEAR(solution.condition, inverse.condition, 1e-9 * inverse.condition);
+}
+
+TEST(QrTriangleTest, LeavesOutWhatTheRowsDoNotDetermine) {
+  Eigen::MatrixXd rows = Noise(9).matrix(100, 4);
+  rows.col(1) = -3.0 * rows.col(0);
+  QrTriangle sums(4);
+  add_in_tiles(rows, 32, sums);
+  const LinearSolution solution = solve_least_squares(sums);
+  EXPECT_EQ(solution.rank, 2);
+  EXPECT_TRUE(std::isinf(solution.condition));
+  const Eigen::VectorXd kept = rows.col(0);
+  Eigen::MatrixXd independent(100, 2);
+  independent << kept, rows.col(2);
+  const Eigen::VectorXd best = independent.colPivHouseholderQr().solve(rows.col(3));
+  const double left = (rows.col(3) - independent * best).squaredNorm();
+  EXPECT_NEAR(solution.residual_sum_of_squares, left, 1e-10 * left);
+  const PseudoInverse inverse = scaled_pseudo_inverse(sums);
+  ASSERT_EQ(inverse.null_space.cols(), 1);
+  EXPECT_LT((rows.leftCols(3) * inverse.null_space).norm(), 1e-12);
+}
+
 Eigen::MatrixXd gram_of(const Eigen::MatrixXd& j, const Eigen::VectorXd& r) {
   Eigen::MatrixXd rows(j.rows(), j.cols() + 1);
   rows << j, r;
