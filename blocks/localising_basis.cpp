@@ -37,6 +37,60 @@ std::vector<Complex> functions(const std::vector<double>& p, Complex s) {
   return f;
 }
 
+/// Ratio of the break points beyond which Eigen's iteration, which takes for zero what is below epsilon^2 of the norm,
+/// would lose the slow poles in double precision.
+constexpr double kWideRatio = 1e15;
+/// A root is polished by steps below this share of its modulus.
+constexpr long double kPolishRange = 1e-2L;
+constexpr int kPolishSteps = 8;
+
+template <class Real>
+Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& matrix) {
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  const Eigen::EigenSolver<Matrix> solver(matrix.cast<Real>(), false);
+  if (solver.info() != Eigen::Success) fail("localising basis: the eigenvalue iteration did not converge");
+  return solver.eigenvalues().template cast<std::complex<double>>();
+}
+
+/// f = 1 + sum_k a_k F_k(s) and df/ds.
+struct ValueAndSlope {
+  Complex value = 1.0L;
+  Complex slope = 0.0L;
+};
+ValueAndSlope denominator_at(const std::vector<double>& p, const Eigen::VectorXd& a, Complex s) {
+  ValueAndSlope f;
+  Complex h = 1.0L;
+  Complex h_slope = 0.0L;
+  for (std::size_t k = 0; k < p.size(); ++k) {
+    const auto point = static_cast<long double>(p[k]);
+    const auto coefficient = static_cast<long double>(a[static_cast<Index>(k)]);
+    const Complex low_pass = point / (s + point);
+    const Complex low_pass_slope = -low_pass / (s + point);
+    f.value += coefficient * h * low_pass;
+    f.slope += coefficient * (h_slope * low_pass + h * low_pass_slope);
+    // s / (s + p) = 1 - p / (s + p)
+    h_slope = h_slope * (1.0L - low_pass) - h * low_pass_slope;
+    h *= 1.0L - low_pass;
+  }
+  return f;
+}
+
+/// Newton's iteration from an eigenvalue, as long as |f| falls: f keeps the relative accuracy of slow roots beside fast
+/// ones that an eigenvalue loses.
+std::complex<double> polished(const std::vector<double>& p, const Eigen::VectorXd& a, std::complex<double> root) {
+  Complex s(root);
+  ValueAndSlope f = denominator_at(p, a, s);
+  for (int k = 0; k < kPolishSteps; ++k) {
+    const Complex step = f.value / f.slope;
+    if (!(std::abs(step) <= kPolishRange * std::abs(s))) break;
+    const ValueAndSlope next = denominator_at(p, a, s - step);
+    if (!(std::abs(next.value) < std::abs(f.value))) break;
+    s -= step;
+    f = next;
+  }
+  return {static_cast<double>(s.real()), static_cast<double>(s.imag())};
+}
+
 }  // namespace
 
 LocalisingBasis::LocalisingBasis(std::vector<double> break_points) : break_points_(std::move(break_points)) {
@@ -97,7 +151,10 @@ Eigen::VectorXd LocalisingBasis::denominator_from_poles(const std::vector<std::c
 
 Eigen::VectorXcd LocalisingBasis::poles(const Eigen::VectorXd& a) const {
   const Eigen::MatrixXd descending = matrix<double>(a).reverse();
-  return Eigen::EigenSolver<Eigen::MatrixXd>(descending, false).eigenvalues();
+  const bool wide = break_points_.back() > kWideRatio * break_points_.front();
+  Eigen::VectorXcd roots = wide ? eigenvalues<long double>(descending) : eigenvalues<double>(descending);
+  for (std::complex<double>& root : roots) root = polished(break_points_, a, root);
+  return roots;
 }
 
 Eigen::MatrixXd LocalisingBasis::low_degree(Index m) const {

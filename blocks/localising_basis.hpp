@@ -48,7 +48,7 @@ class LocalisingBasis {
   Eigen::VectorXd denominator_from_poles(const std::vector<std::complex<double>>& poles) const;
 
   /// Roots of 1 + a_1 F_1 + ... + a_n F_n: eigenvalues of matrix(a), taken with the states in the order of descending
-  /// p, which keeps the digits of the slow ones over many decades.
+  /// p, then polished by Newton's iteration: slow ones keep their digits over many decades.
   Eigen::VectorXcd poles(const Eigen::VectorXd& a) const;
 
   /// (n, m) T: the columns are coordinates of s^j / prod (s + p_k) spans of degree below m:

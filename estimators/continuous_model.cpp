@@ -1,5 +1,6 @@
 #include <blockid/estimators/continuous_model.hpp>
 
+#include <blockid/blocks/localising_basis.hpp>
 #include <blockid/data/error.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -237,7 +238,12 @@ StateSpace state_space(const ContinuousTransferFunction& model) {
   return {result.a.reverse(), result.b.reverse(), result.c.reverse(), result.d};
 }
 
-VectorXcd poles(const ContinuousTransferFunction& model) { return eigenvalues(state_space(model).a); }
+VectorXcd poles(const ContinuousTransferFunction& model) {
+  const StateSpace system = state_space(model);
+  if (model.basis.kind != BasisKind::localising) return eigenvalues(system.a);
+  const VectorXd& p = model.basis.points;
+  return sorted(LocalisingBasis({p.begin(), p.end()}).poles(model.denominator));
+}
 
 VectorXcd zeros(const ContinuousTransferFunction& model) {
   check(model);

@@ -39,7 +39,8 @@ struct StateSpace {
 };
 StateSpace state_space(const ContinuousTransferFunction& model);
 
-/// Eigenvalues of the state matrix in ascending modulus, conjugates side by side, (n,).
+/// Eigenvalues of the state matrix, polished for a localising basis, in ascending modulus, conjugates side by side,
+/// (n,).
 Eigen::VectorXcd poles(const ContinuousTransferFunction& model);
 /// In ascending modulus, (m,); none for b = 0. Throws Error when the highest coefficient of the numerator vanishes.
 Eigen::VectorXcd zeros(const ContinuousTransferFunction& model);
