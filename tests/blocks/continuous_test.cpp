@@ -311,7 +311,9 @@ class ContinuousRationalLaws : public ::testing::TestWithParam<Orders> {};
 
 TEST_P(ContinuousRationalLaws, Hold) {
   for (const auto& [hold, degree] : hold_cases()) {
-    // A slow pole's transition 1 - p h is rounded, which adds up over the samples: a larger step drowns it.
+    // A slow pole's transition 1 - p h is rounded, which adds up over the samples. Against the tangents, differences of
+    // order 9 are off by 1.3e-5, 1.3e-6, 9e-8 and 1e-8 of the column with steps of 2e-8, 2e-7, 2e-6 and 2e-5: like 1 /
+    // step, so that it is rounding. The tangents themselves agree with Jets to 1e-10.
     ConformanceOptions options;
     options.difference_step = 2e-6;
     if (degree > 1) options.upstream_counts = {0, 3, 11};
@@ -321,7 +323,8 @@ TEST_P(ContinuousRationalLaws, Hold) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, ContinuousRationalLaws,
-                         ::testing::Values(Orders{0, 1}, Orders{0, 3}, Orders{3, 3}, Orders{7, 8}),
+                         ::testing::Values(Orders{0, 1}, Orders{0, 3}, Orders{3, 3}, Orders{2, 5}, Orders{7, 8},
+                                           Orders{8, 9}),
                          [](const auto& test) {
                            return "nb" + std::to_string(test.param.nb) + "na" + std::to_string(test.param.na);
                          });
