@@ -36,13 +36,13 @@ constexpr double kExactTolerance = 1e-9;
 constexpr double kDifferenceTolerance = 1e-4;
 
 const WienerHammersteinCase& the_case() {
-  static const WienerHammersteinCase instance(kSamples);
-  return instance;
+  static const WienerHammersteinCase kInstance(kSamples);
+  return kInstance;
 }
 
 const Predictor& the_predictor() {
-  static const Predictor instance(the_case().chain, the_case().data);
-  return instance;
+  static const Predictor kInstance(the_case().chain, the_case().data);
+  return kInstance;
 }
 
 struct Rows {
@@ -138,23 +138,23 @@ void check_agreement() {
 }
 
 void bm_residual_alone(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(residual_alone());
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(residual_alone());
 }
 void bm_analytic_full(benchmark::State& state) {
   Rows rows;
-  for (auto _ : state) analytic(rows);
+  for ([[maybe_unused]] auto _ : state) analytic(rows);
 }
 void bm_analytic_compressed(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(compressed());
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(compressed());
 }
 template <int Stride>
 void bm_jets(benchmark::State& state) {
   Rows rows;
-  for (auto _ : state) jets<Stride>(rows, static_cast<std::size_t>(state.range(0)));
+  for ([[maybe_unused]] auto _ : state) jets<Stride>(rows, static_cast<std::size_t>(state.range(0)));
 }
 void bm_finite_differences(benchmark::State& state) {
   Rows rows;
-  for (auto _ : state) finite_differences(rows);
+  for ([[maybe_unused]] auto _ : state) finite_differences(rows);
 }
 
 BENCHMARK(bm_residual_alone)->Unit(benchmark::kMillisecond);

@@ -22,14 +22,14 @@ constexpr Index kSamples = 100'000;
 constexpr double kAgreement = 1e-6;
 
 const Record& servo() {
-  static const Record record = [] {
+  static const Record kRecord = [] {
     Record result;
     result.u = problems::two_tones(kSamples, kSampleTime);
     result.y = problems::servo_response(result.u, kSampleTime).velocity_mm_s + problems::Gaussian(1).vector(kSamples);
     result.sample_time_s = kSampleTime;
     return result;
   }();
-  return record;
+  return kRecord;
 }
 
 TrendStructure structure_of(TrendScheme scheme) { return full_trends(scheme, 1, 2); }

@@ -64,7 +64,7 @@ Arguments ContinuousRational::arguments() const {
 
 std::vector<std::string> ContinuousRational::parameter_names() const {
   std::vector<std::string> names;
-  if (has_direct()) names.push_back("b0");
+  if (has_direct()) names.emplace_back("b0");
   for (Index k = 1; k <= b_count(); ++k) names.push_back("b" + std::to_string(k));
   for (Index k = 1; k <= na(); ++k) names.push_back("a" + std::to_string(k));
   return names;

@@ -136,7 +136,7 @@ std::vector<Eigen::VectorXd> simulate_signals(const Model& model, const Eigen::V
     const Index states = child.block.state_count();
     running = run(child.block, view(child.parameters), detail::part(view(x), state_offset, states), running);
     latency += child.block.latency();
-    signals.push_back(running.segment(latency, u.size()));
+    signals.emplace_back(running.segment(latency, u.size()));
     state_offset += states;
   }
   return signals;

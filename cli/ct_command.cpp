@@ -106,7 +106,7 @@ std::vector<std::string> warnings_of(const TrendFit& fit) {
     warnings.push_back("the data determine " + std::to_string(fit.rank) + " of " + std::to_string(columns) +
                        " coefficients: a lower order, or an input that excites more");
   }
-  if (!is_stable(fit)) warnings.push_back("the model is not stable: a pole has no negative real part");
+  if (!is_stable(fit)) warnings.emplace_back("the model is not stable: a pole has no negative real part");
   return warnings;
 }
 

@@ -272,11 +272,11 @@ Reproduction janiszowski1999_table1(std::uint64_t seed) {
   result.figures.push_back(between("best sample time, Tustin [ms]", 1.0, best->second, 0.5, 1.0));
   result.pictures.push_back(figure_1(seed));
   result.notes = set_up_notes();
-  result.notes.push_back(
+  result.notes.emplace_back(
       "The error columns, printed as those of C, w_0 and xi, hold those of xi, w_0 and C: with b_1 left out Goodwin's "
       "a_1 "
       "is off by (D/2)|s|^2, 6 % here, and its gain by less than 1 %; table 2 says the same of the same conditions.");
-  result.notes.push_back(
+  result.notes.emplace_back(
       "CONV is not defined in print. The mean over 0.5 to 1 s of the largest relative step of the coefficients fits "
       "the "
       "rows of noise and resolution; it does not fit the rows of drift.");
@@ -306,9 +306,9 @@ Reproduction janiszowski1999_table2(std::uint64_t seed) {
   result.figures.push_back(between("IQ(m = 1) / IQ(m = 2), Tustin", 340.5 / 0.1033,
                                    first.tustin.squared_error / three.tustin.squared_error, 2500.0, 4500.0));
   result.notes = set_up_notes();
-  result.notes.push_back(
+  result.notes.emplace_back(
       "b_0 for m = 1 is printed ten times too large: for any stationary input it cannot exceed b_0 / a_1 = 0.05.");
-  result.notes.push_back(
+  result.notes.emplace_back(
       "Tustin's rows for m = 3 cannot be reproduced: under noise the free pole goes to s = 0 and a_3 to 1/20, as "
       "theory "
       "says; the printed 0.001 points to a recursion that had not yet converged. They are left out.");

@@ -31,13 +31,13 @@ struct Publication {
 
 /// A new publication is one more entry.
 const std::vector<Publication>& publications() {
-  static const std::vector<Publication> all = {
+  static const std::vector<Publication> kAll = {
       {"giordano2015", "Giordano and Sjoberg 2015, section 5: the fractional approach on a simulated system",
        giordano2015},
       {"janiszowski1999-table1", "Janiszowski 1999, table 1: errors of discrete-time trends under disturbances",
        janiszowski1999_table1},
       {"janiszowski1999-table2", "Janiszowski 1999, table 2: coefficients of five structures", janiszowski1999_table2}};
-  return all;
+  return kAll;
 }
 
 const Publication& publication(const std::string& name) {

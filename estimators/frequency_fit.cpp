@@ -1,6 +1,7 @@
 #include <blockid/estimators/frequency_fit.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/accumulators.hpp>
 
 #include <ceres/cost_function.h>
 #include <ceres/problem.h>
@@ -139,30 +140,18 @@ double squared_ratio(const VectorXd& singular_values) {
   return smallest > 0.0 ? std::pow(singular_values[0] / smallest, 2) : kInfinity;
 }
 
-/// Columns of unit norm, Householder triangle R; singular values of R below the tolerance are left out.
+/// Columns get unit norm before the triangle is formed: those of some bases are too large to be squared.
 Solution solve(const MatrixXd& x, const VectorXd& y, double rank_tolerance) {
   VectorXd norms = column_norms(x);
   for (double& norm : norms) {
     if (!(norm > 0.0)) norm = 1.0;
   }
-  const Index n = x.cols();
-  const Eigen::HouseholderQR<MatrixXd> qr(x * norms.cwiseInverse().asDiagonal());
-  const MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  const VectorXd q = (qr.householderQ().transpose() * y).head(n);
-  const Eigen::JacobiSVD<MatrixXd> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const VectorXd& values = svd.singularValues();
-  Solution result;
-  result.condition_normalised = squared_ratio(values);
-  result.rank = (values.array() > rank_tolerance * values[0]).count();
-  if (result.rank == n) {
-    result.theta = r.triangularView<Eigen::Upper>().solve(q);
-  } else {
-    const VectorXd rotated =
-        (svd.matrixU().leftCols(result.rank).transpose() * q).array() / values.head(result.rank).array();
-    result.theta = svd.matrixV().leftCols(result.rank) * rotated;
-  }
-  result.theta.array() /= norms.array();
-  return result;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows(x.rows(), x.cols() + 1);
+  rows << x * norms.cwiseInverse().asDiagonal(), y;
+  QrTriangle triangle(rows.cols());
+  triangle.add(rows.data(), rows.rows(), rows.cols());
+  const LinearSolution solution = solve_least_squares(triangle, rank_tolerance);
+  return {solution.x.cwiseQuotient(norms), std::pow(solution.condition, 2), solution.rank};
 }
 
 // ------------------------------------------------------------------------------------------------- one basis, tones
@@ -633,7 +622,10 @@ double squared_condition(const MatrixXd& x) {
 
 double squared_condition(const MatrixXcd& x) {
   if (!x.allFinite()) return kInfinity;
-  return squared_ratio(Eigen::JacobiSVD<MatrixXcd, Eigen::HouseholderQRPreconditioner>(x).singularValues());
+  // [Re -Im; Im Re] has each singular value twice.
+  MatrixXd real(2 * x.rows(), 2 * x.cols());
+  real << x.real(), -x.imag(), x.imag(), x.real();
+  return squared_condition(real);
 }
 
 MatrixXd normalised_columns(const MatrixXd& x) {

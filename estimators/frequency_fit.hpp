@@ -97,7 +97,7 @@ struct FrequencyFit {
   double cost = 0.0;
   double rms = 0.0;
   /// cond(X)^2 of the first least-squares problem in the basis of the result, X real over imaginary parts with its
-  /// weights: as it is, and with columns of unit norm.
+  /// weights: as it is, and with columns of unit norm (infinite where rank is lost).
   double condition = 0.0;
   double condition_normalised = 0.0;
   Index rank = 0;

@@ -297,7 +297,7 @@ Search search_eliminated(const Model& model, const Predictor& predictor, const E
 void store_states(RefitReport& report, const Predictor& predictor, const Eigen::VectorXd& p) {
   const Index states = report.model.chain.state_count();
   for (Index first = report.model.parameters.size(); first + states <= p.size() && states > 0; first += states) {
-    report.initial_states.push_back(p.segment(first, states));
+    report.initial_states.emplace_back(p.segment(first, states));
   }
   if (predictor.options().initial_state == InitialState::estimated && !report.initial_states.empty()) {
     report.model.initial_state = report.initial_states.front();

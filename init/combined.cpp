@@ -21,7 +21,8 @@ constexpr Index kExchangeSamples = 20000;
 }  // namespace
 
 Initialiser combined(std::vector<Initialiser> initialisers) {
-  return [initialisers](const AnyBlock& chain, const DataSet& data, const InitialiserOptions& options) {
+  return [initialisers = std::move(initialisers)](const AnyBlock& chain, const DataSet& data,
+                                                  const InitialiserOptions& options) {
     const auto cancelled = std::make_shared<bool>(false);
     const InitialiserOptions settings = detail::watched(options, cancelled);
     std::vector<Candidate> all;
@@ -36,7 +37,8 @@ Initialiser combined(std::vector<Initialiser> initialisers) {
 }
 
 Initialiser with_plain_static_block(Initialiser initialiser) {
-  return [initialiser](const AnyBlock& chain, const DataSet& data, const InitialiserOptions& options) {
+  return [initialiser = std::move(initialiser)](const AnyBlock& chain, const DataSet& data,
+                                                const InitialiserOptions& options) {
     const DataSet part = first_samples(data, kExchangeSamples, options.prediction.warmup);
     const WienerHammersteinBuilder builder(chain, "with_plain_static_block", part, options.prediction);
     std::vector<Candidate> candidates = initialiser(builder.plain_chain(), data, options);

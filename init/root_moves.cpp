@@ -1,6 +1,7 @@
 #include <blockid/init/root_moves.hpp>
 
 #include <cmath>
+#include <ranges>
 #include <utility>
 
 namespace blockid {
@@ -41,9 +42,7 @@ Groups picked(const Groups& groups, const Places& places) {
 
 /// `groups` with those at `places` replaced.
 Groups replaced(Groups groups, const Places& places, const Groups& by) {
-  for (auto k = places.rbegin(); k != places.rend(); ++k) {
-    groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(*k));
-  }
+  for (const std::size_t k : std::views::reverse(places)) groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(k));
   groups.insert(groups.end(), by.begin(), by.end());
   return groups;
 }

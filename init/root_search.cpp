@@ -42,7 +42,7 @@ class Search {
   /// Refits the candidates and searches around the best.
   std::vector<Candidate> run(std::vector<Candidate> starts) {
     keep_best(starts, settings_.starts);
-    add(refitted(std::move(starts), settings_.iterations, "refits of the starts"));
+    add(refitted(starts, settings_.iterations, "refits of the starts"));
     for (int round = 0; round < settings_.rounds && !*cancelled_; ++round) {
       Found* next = most_promising();
       if (next == nullptr) break;
@@ -50,7 +50,7 @@ class Search {
       const Candidate centre = next->candidate;
       std::vector<Candidate> race = refitted(moved(centre), settings_.first_iterations, "neighbours");
       keep_best(race, settings_.survivors);
-      add(refitted(std::move(race), settings_.iterations, "best neighbours"));
+      add(refitted(race, settings_.iterations, "best neighbours"));
     }
     std::vector<Candidate> result;
     for (Found& found : found_) result.push_back(std::move(found.candidate));
@@ -131,7 +131,8 @@ Initialiser root_search(Initialiser initialiser, RootSearchOptions options) {
       options.iterations < 1 || options.survivors < 1 || options.samples < 0 || options.keep < 1) {
     fail("root_search: rounds and samples must be >= 0, all other options >= 1");
   }
-  return [initialiser, options](const AnyBlock& chain, const DataSet& data, const InitialiserOptions& settings) {
+  return [initialiser = std::move(initialiser), options](const AnyBlock& chain, const DataSet& data,
+                                                         const InitialiserOptions& settings) {
     const auto cancelled = std::make_shared<bool>(false);
     const InitialiserOptions watched = detail::watched(settings, cancelled);
     std::vector<Candidate> starts = initialiser(chain, data, watched);

@@ -58,7 +58,7 @@ fs::path data_folder() {
   std::error_code ignored;
   const fs::path start = fs::current_path(ignored);
   for (fs::path here = start; !here.empty(); here = here.parent_path()) {
-    const fs::path candidate = here / "shared" / "data";
+    fs::path candidate = here / "shared" / "data";
     if (fs::is_directory(candidate, ignored)) return candidate;
     if (here == here.parent_path()) break;
   }

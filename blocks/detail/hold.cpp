@@ -124,10 +124,11 @@ std::vector<double> prefilter_poles(Index d) {
     return sum;
   };
   std::vector<double> poles;
+  constexpr int kSteps = 1400;
   constexpr double kStep = 0.01;
-  for (double low = -14.0; low < -kStep; low += kStep) {
-    double left = low;
-    double right = low + kStep;
+  for (int step = kSteps; step > 1; --step) {
+    double left = -kStep * step;
+    double right = -kStep * (step - 1);
     if ((value(left) > 0.0) == (value(right) > 0.0)) continue;
     for (int k = 0; k < 60; ++k) {
       const double middle = 0.5 * (left + right);
@@ -141,12 +142,12 @@ std::vector<double> prefilter_poles(Index d) {
 }  // namespace
 
 const HoldPieces& hold_pieces(Hold hold) {
-  static const std::vector<HoldPieces> all = [] {
+  static const std::vector<HoldPieces> kAll = [] {
     std::vector<HoldPieces> pieces;
     for (const Hold each : holds()) pieces.push_back(make_pieces(each));
     return pieces;
   }();
-  return all[static_cast<std::size_t>(hold)];
+  return kAll[static_cast<std::size_t>(hold)];
 }
 
 Index held_taps(Hold hold) {

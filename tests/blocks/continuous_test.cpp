@@ -142,7 +142,9 @@ TEST(MatrixExponential, OfNumbersThatAreNotFiniteIsNotFinite) {
 // The three properties that define the not-a-knot spline: it interpolates, it has no knot next to its ends, and so it
 // reproduces polynomials up to its degree everywhere.
 TEST(InterpolationCoefficients, DefineTheNotAKnotSpline) {
-  for (const auto& [hold, degree] : hold_cases()) {
+  for (const HoldCase& each : hold_cases()) {
+    const Hold hold = each.hold;
+    const Index degree = each.degree;
     if (degree < 2) continue;
     const blockid::detail::HoldPieces& pieces = blockid::detail::hold_pieces(hold);
     const Index count = 60;

@@ -99,9 +99,9 @@ AnyBlock random_chain(std::mt19937_64& engine, int depth) {
   std::vector<LabelledBlock> children;
   const Index count = 1 + below(engine, 3);
   for (Index k = 0; k < count; ++k) {
-    static const std::vector<std::string> labels = {"B0", "", "B2"};
+    static const std::vector<std::string> kLabels = {"B0", "", "B2"};
     AnyBlock child = random_chain(engine, depth - 1);
-    children.push_back({labels[static_cast<std::size_t>(k)], std::move(child)});
+    children.push_back({kLabels[static_cast<std::size_t>(k)], std::move(child)});
   }
   if (below(engine, 2) == 0) return Series(std::move(children));
   return Parallel(std::move(children));

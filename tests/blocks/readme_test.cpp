@@ -5,6 +5,9 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <fstream>
+
 // clang-format off
 // x_{t+1} = a x_t + tanh(b u_t), y_t = x_{t+1}; theta = [a, b].
 struct SaturatingLag {

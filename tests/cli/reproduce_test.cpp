@@ -30,14 +30,14 @@ using ::testing::IsEmpty;
 
 /// Every element that opens closes, in the right order, and no attribute lacks its quotes.
 void expect_well_formed(const std::string& xml) {
-  static const std::regex tag(
+  static const std::regex kTag(
       R"re(<(/?)([A-Za-z][A-Za-z0-9:]*)((?:\s+[A-Za-z][A-Za-z0-9:_-]*\s*=\s*(?:"[^"<]*"|'[^'<]*'))*)\s*(/?)>)re");
   const std::size_t prologue = xml.find("?>");
   ASSERT_NE(prologue, std::string::npos);
   const std::string body = xml.substr(prologue + 2);
   std::vector<std::string> open;
   std::ptrdiff_t tags = 0;
-  for (std::sregex_iterator it(body.begin(), body.end(), tag), end; it != end; ++it, ++tags) {
+  for (std::sregex_iterator it(body.begin(), body.end(), kTag), end; it != end; ++it, ++tags) {
     const std::string name = (*it)[2];
     if ((*it)[1].length() > 0) {
       ASSERT_FALSE(open.empty()) << "</" << name << ">";

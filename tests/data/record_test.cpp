@@ -120,7 +120,9 @@ TEST(RecordTest, SliceOfSliceIsSlice) {
 }
 
 TEST(RecordTest, SliceOutsideSaysLimits) {
-  for (const auto& [begin, end] : {std::pair{-1, 3}, {2, 2}, {4, 2}, {0, 7}}) {
+  for (const auto& range : {std::pair{-1, 3}, {2, 2}, {4, 2}, {0, 7}}) {
+    const int begin = range.first;
+    const int end = range.second;
     EXPECT_THAT(BLOCKID_MESSAGE(slice(ramp(), begin, end)),
                 AllOf(HasSubstr(compose(begin, ":", end)), HasSubstr("0:6")));
   }

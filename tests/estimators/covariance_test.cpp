@@ -130,7 +130,7 @@ TEST(Covariance, SurvivesAConditionThatItsSquareDoesNot) {
   const Eigen::VectorXd scale = dense.jacobian.colwise().norm();
   const Eigen::MatrixXd scaled = dense.jacobian * scale.cwiseInverse().asDiagonal();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd values = svd.singularValues();
+  const Eigen::VectorXd& values = svd.singularValues();
   ASSERT_GT(values[0] / values[9], 1e5) << "condition";
   ASSERT_LT(values[0] / values[9], 2e7) << "condition";
 

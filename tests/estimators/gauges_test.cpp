@@ -155,7 +155,8 @@ INSTANTIATE_TEST_SUITE_P(All, NormaliseTest, ::testing::Range<std::size_t>(0, mo
 
 TEST(NormaliseOnceTest, HeldGainsAreOneToTheLastBit) {
   // 49 (1 / 49) is not 1 in binary arithmetic, and other gains share this.
-  for (double gain = 1.0; gain < 200.0; gain += 1.0) {
+  for (int whole = 1; whole < 200; ++whole) {
+    const double gain = whole;
     const Model once = normalise(model_of("k=gain | f=polynomial(degree=1)", {gain, 0.5, 1.0}));
     EXPECT_EQ(once.parameters[0], 1.0);
     EXPECT_EQ(normalise(once).parameters, once.parameters);

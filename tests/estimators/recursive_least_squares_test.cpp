@@ -23,7 +23,7 @@ using testing::Noise;
 constexpr double kRounding = 1e-11;
 
 struct Rows {
-  Eigen::MatrixXd X;
+  Eigen::MatrixXd x;
   Eigen::VectorXd d;
 };
 
@@ -33,13 +33,13 @@ Rows random_rows(Index n, Index parameters, std::uint64_t seed) {
 }
 
 void update(RecursiveLeastSquares& recursion, const Rows& rows, Index k, double weight = 1.0) {
-  const Eigen::VectorXd row = rows.X.row(k);
+  const Eigen::VectorXd row = rows.x.row(k);
   recursion.update({row.data(), static_cast<std::size_t>(row.size())}, rows.d[k], weight);
 }
 
 // Minimiser of |W (d - X theta)| by dense QR.
 Eigen::VectorXd dense(const Rows& rows, const Eigen::VectorXd& w) {
-  return (w.asDiagonal() * rows.X).colPivHouseholderQr().solve(w.cwiseProduct(rows.d));
+  return (w.asDiagonal() * rows.x).colPivHouseholderQr().solve(w.cwiseProduct(rows.d));
 }
 
 TEST(RecursiveLeastSquares, equals_least_squares_over_all_rows_at_every_step) {
@@ -49,10 +49,10 @@ TEST(RecursiveLeastSquares, equals_least_squares_over_all_rows_at_every_step) {
     update(recursion, rows, k);
     ASSERT_EQ(recursion.is_determined(), k >= 3) << "row " << k;
     if (k < 3) continue;
-    const Rows so_far{rows.X.topRows(k + 1), rows.d.head(k + 1)};
+    const Rows so_far{rows.x.topRows(k + 1), rows.d.head(k + 1)};
     const Eigen::VectorXd expected = dense(so_far, Eigen::VectorXd::Ones(k + 1));
     EXPECT_LE((recursion.estimate() - expected).norm(), kRounding * expected.norm() * (k == 3 ? 1e3 : 1.0));
-    EXPECT_NEAR(recursion.residual_sum_of_squares(), (so_far.d - so_far.X * expected).squaredNorm(), kRounding);
+    EXPECT_NEAR(recursion.residual_sum_of_squares(), (so_far.d - so_far.x * expected).squaredNorm(), kRounding);
   }
 }
 
@@ -76,7 +76,7 @@ TEST(RecursiveLeastSquares, does_not_depend_on_the_scale_of_a_column) {
   for (Index k = 0; k < 40; ++k) {
     update(plain, rows, k);
     Rows large = rows;
-    large.X.col(1) *= 1e12;
+    large.x.col(1) *= 1e12;
     update(scaled, large, k);
   }
   ASSERT_TRUE(scaled.is_determined());
@@ -89,8 +89,8 @@ TEST(RecursiveLeastSquares, covariance_is_that_of_the_normal_equations) {
   RecursiveLeastSquares recursion(3);
   for (Index k = 0; k < 200; ++k) update(recursion, rows, k);
   const Eigen::VectorXd theta = dense(rows, Eigen::VectorXd::Ones(200));
-  const double s2 = (rows.d - rows.X * theta).squaredNorm() / 197.0;
-  const Eigen::MatrixXd expected = s2 * (rows.X.transpose() * rows.X).inverse();
+  const double s2 = (rows.d - rows.x * theta).squaredNorm() / 197.0;
+  const Eigen::MatrixXd expected = s2 * (rows.x.transpose() * rows.x).inverse();
   EXPECT_LE((recursion.covariance() - expected).norm(), kRounding * expected.norm());
 }
 

@@ -23,7 +23,6 @@ namespace blockid {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::model_of;
 using testing::simulated_record;
 using Kind = RootGroup::Kind;
 
