@@ -2,6 +2,8 @@
 
 include_guard(GLOBAL)
 
+include(BlockidPrecompiled)
+
 # blockid_add_library(<folder>
 #   SOURCES <file>...
 #   [PUBLIC_LIBS <target>...]          seen in our headers: other folders (blockid::data), Eigen3::Eigen, ...
@@ -30,6 +32,7 @@ function(blockid_add_library folder)
     set(scope PUBLIC)
     add_library(${target} ${arg_SOURCES})
     blockid_set_compile_flags(${target})
+    blockid_precompile_headers(${target})
   else()
     set(scope INTERFACE)
     add_library(${target} INTERFACE)
