@@ -18,7 +18,12 @@ std::filesystem::path data_folder();
 Problem wiener_hammerstein_2009(const std::filesystem::path& folder = data_folder());
 
 /// Wiener-Hammerstein circuit with process noise: train on the ten realisations of the example file; test without
-/// process noise, the multisine and the swept sine as two records; mV. Source: Schoukens, Noel 2016.
+/// process noise, the multisine and the swept sine as two records; mV. Each is one period in steady state.
+///
+/// The input is the reference r, free of noise. The acquisition, measured input u and output y alike, starts one sample
+/// later in eight of the ten realisations than in the other two and the test: u runs 10.27 samples ahead of r there,
+/// 11.27 elsewhere. Their r is moved by that one sample, so that one delay holds in all records. Source: Schoukens,
+/// Noel 2016.
 Problem wiener_hammerstein_process_noise(const std::filesystem::path& folder = data_folder());
 
 /// Heat exchanger, flow to temperature: train [0, 3000), test [3000, 4000) without the first 50; degree Celsius.

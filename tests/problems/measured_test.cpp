@@ -1,5 +1,6 @@
 // Measured problems: splits, units and what is said when a record is missing.
 #include <blockid/data/error.hpp>
+#include <blockid/data/mat.hpp>
 #include <blockid/problems/catalogue.hpp>
 #include <blockid/problems/measured.hpp>
 
@@ -49,6 +50,25 @@ TEST(MeasuredProblems, ProcessNoise) {
   EXPECT_EQ(problem.train.records.size(), 10U);
   EXPECT_EQ(problem.test.records.size(), 2U);
   EXPECT_EQ(problem.test.records[1].u.size(), 16384);
+  for (const Record& record : problem.train.records) EXPECT_EQ(record.period, record.u.size());
+}
+
+/// The measured input of every record lies equally many samples ahead of the input of the problem.
+TEST(MeasuredProblems, ProcessNoiseHasOneDelay) {
+  BLOCKID_DATA_FILE_OR_SKIP(train, "wh_process_noise/WH_EstimationExample.mat");
+  const Problem problem = wiener_hammerstein_process_noise(data_dir());
+  const Eigen::MatrixXd acquired = MatFile(train).matrix("dataMeas.u");
+  const auto product = [](const Eigen::VectorXd& u, const Eigen::VectorXd& r, Eigen::Index lead) {
+    double sum = 0.0;
+    for (Eigen::Index t = 0; t < u.size(); ++t) sum += u[t] * r[(t + lead) % r.size()];
+    return sum;
+  };
+  for (Eigen::Index k = 0; k < acquired.cols(); ++k) {
+    const Eigen::VectorXd& r = problem.train.records[static_cast<std::size_t>(k)].u;
+    const double at_11 = product(acquired.col(k), r, 11);
+    EXPECT_GT(at_11, product(acquired.col(k), r, 10)) << "realisation " << k;
+    EXPECT_GT(at_11, product(acquired.col(k), r, 12)) << "realisation " << k;
+  }
 }
 
 TEST(MeasuredProblems, HeatExchanger) {
