@@ -146,10 +146,38 @@ void write_results(const FitOutcome& outcome, const OutputOptions& outputs) {
 /// `--model wh`: everything but the family of chains is chosen from the data.
 bool chooses_structure(const FitCommand& command) { return command.model == kAutomaticModel; }
 
+/// `--orders auto`: the static block is the user's, the filters come from the data.
+bool chooses_orders(const FitCommand& command) { return command.orders == "auto"; }
+
 void check_automatic(const FitCommand& command) {
+  const std::string what = chooses_structure(command) ? "--model wh" : "--orders auto";
   if (!command.frozen.empty())
-    fail("--freeze: --model wh chooses the chain itself; name one to freeze parameters of it");
-  if (is_model_file(command.init)) fail("--model wh chooses the start itself; leave --init ", command.init, " out");
+    fail("--freeze: ", what, " chooses the chain itself; name one to freeze parameters of it");
+  if (is_model_file(command.init)) fail(what, " chooses the start itself; leave --init ", command.init, " out");
+  if (chooses_structure(command) && chooses_orders(command))
+    fail("--orders auto: --model wh chooses the orders anyway");
+}
+
+/// Samples of a batch of the sandwich: enough batches for their covariance, long enough for the residual to forget.
+Index batch_length(const DataSet& data) {
+  constexpr Index kBatches = 200;
+  constexpr Index kShortest = 20;
+  constexpr Index kLongest = 1000;
+  return std::clamp<Index>(total_samples(data) / kBatches, kShortest, kLongest);
+}
+
+/// Puts the sandwich covariance in the place of that for white residuals.
+void make_robust(FitResult& fit, const DataSet& data, const FitOptions& options) {
+  CovarianceOptions settings;
+  settings.prediction = options.refit.prediction;
+  settings.frozen = options.refit.frozen;
+  settings.hold_gauges = options.refit.hold_gauges;
+  settings.robust = true;
+  settings.batch = batch_length(data);
+  settings.initial_states = fit.report.initial_states;
+  fit.report.covariance = covariance(fit.model, data, settings);
+  fit.model.standard_deviations = fit.report.covariance->standard_deviations;
+  fit.report.model = fit.model;
 }
 
 }  // namespace
@@ -183,6 +211,11 @@ FitOutcome make_outcome(FitResult fit, const SplitData& data, const PredictionOp
   warn_of_unstable_poles(model, outcome.warnings);
   warn_of_extrapolation(outcome, outcome.warnings);
   return outcome;
+}
+
+std::string covariance_text(const FitOutcome& outcome) {
+  return outcome.robust ? "robust (sandwich), right for coloured residuals, too"
+                        : "s^2 (J'J)^-1, right when the residual is white";
 }
 
 double noise_standard_deviation(const FitOutcome& outcome) {
@@ -223,10 +256,10 @@ int exit_code(const FitOutcome& outcome) {
 
 int run_fit(const FitCommand& command) {
   const InterruptGuard guard;
+  const bool automatic = chooses_structure(command) || chooses_orders(command);
+  if (automatic) check_automatic(command);
   std::optional<Start> start;
-  if (chooses_structure(command)) {
-    check_automatic(command);
-  } else {
+  if (!chooses_structure(command)) {
     start = start_of(command);
     check_frozen(start->chain, command.frozen);
   }
@@ -239,6 +272,7 @@ int run_fit(const FitCommand& command) {
   options.refit.prediction = prediction;
   options.refit.max_iterations = command.max_iterations;
   options.refit.frozen = command.frozen;
+  options.refit.covariance = !command.robust_covariance;
   if (command.best > 0) options.best = command.best;
   options.seed = command.run.seed;
   options.threads = thread_count(command.run);
@@ -247,18 +281,22 @@ int run_fit(const FitCommand& command) {
   FitResult fit = [&] {
     ProgressDisplay display(progress_style(command.run.quiet), std::cerr, command.data.output_unit);
     options.progress = [&display](const Progress& progress) { return display(progress); };
-    if (start) return blockid::fit(start->chain, data.train, start->initialiser, options);
-    AutomaticResult chosen = fit_wiener_hammerstein(data.train, {.fit = options});
+    if (!automatic) return blockid::fit(start->chain, data.train, start->initialiser, options);
+    AutomaticResult chosen =
+        start ? fit_with_chosen_orders(start->chain, data.train, {.fit = options}, start->initialiser)
+              : fit_wiener_hammerstein(data.train, {.fit = options});
     text = chosen.chain;
     tried = std::move(chosen.tried);
     return std::move(chosen.fit);
   }();
 
+  if (command.robust_covariance) make_robust(fit, data.train, options);
   FitOutcome outcome = make_outcome(std::move(fit), data, prediction, command.frozen);
+  outcome.robust = command.robust_covariance;
   outcome.source = command.data.file;
   outcome.requested_model = text;
   outcome.structures = std::move(tried);
-  outcome.init = start ? command.init : "structures by validation";
+  outcome.init = automatic ? "structures by validation" : command.init;
   outcome.seed = command.run.seed;
   outcome.threads = options.threads;
   if (!command.run.quiet) print_fit(std::cout, outcome);

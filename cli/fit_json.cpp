@@ -26,6 +26,18 @@ nlohmann::ordered_json structures_json(const FitOutcome& outcome) {
   return list;
 }
 
+Json shares_json(const std::vector<RootShare>& shares) {
+  Json list = Json::array();
+  for (const RootShare& share : shares) {
+    list.push_back({{"kind", share.pole ? "pole" : "zero"},
+                    {"real", share.value.real()},
+                    {"imaginary", share.value.imag()},
+                    {"exponent", finite_or_null(share.exponent)},
+                    {"filter", share.in_first ? "first" : "second"}});
+  }
+  return list;
+}
+
 Json candidates_json(const FitOutcome& outcome) {
   Json list = Json::array();
   for (const Trial& trial : outcome.fit.trials) {
@@ -34,6 +46,7 @@ Json candidates_json(const FitOutcome& outcome) {
     entry["final_rmse"] = trial.refitted ? finite_or_null(trial.refit.rmse) : Json();
     entry["status"] = trial.refitted ? Json(blockid::to_text(trial.refit.status)) : Json();
     entry["iterations"] = trial.refitted ? trial.refit.iterations : 0;
+    if (!trial.candidate.root_shares.empty()) entry["root_shares"] = shares_json(trial.candidate.root_shares);
     list.push_back(std::move(entry));
   }
   return list;
@@ -93,7 +106,8 @@ Json fit_json(const FitOutcome& outcome) {
   result["candidates"] = candidates_json(outcome);
   result["parameter_table"] = parameters_json(outcome);
   if (report.covariance) {
-    result["covariance"] = {{"rank", report.covariance->rank},
+    result["covariance"] = {{"kind", outcome.robust ? "robust" : "white"},
+                            {"rank", report.covariance->rank},
                             {"free_count", report.covariance->free_count},
                             {"condition", finite_or_null(report.covariance->condition)},
                             {"undetermined", report.covariance->undetermined}};

@@ -35,6 +35,8 @@ struct FitOutcome {
   std::vector<Index> held = {};
   std::uint64_t seed = 1;
   int threads = 1;
+  /// Whether the standard deviations are those of the sandwich covariance.
+  bool robust = false;
 
   FitResult fit;
   Evaluation train = {};
@@ -53,6 +55,9 @@ FitOutcome make_outcome(FitResult fit, const SplitData& data, const PredictionOp
 
 /// Estimated standard deviation of the output noise, sqrt(r'r / (n - rank)) on the training data; NaN when unknown.
 double noise_standard_deviation(const FitOutcome& outcome);
+
+/// What the standard deviations assume, in words.
+std::string covariance_text(const FitOutcome& outcome);
 
 /// Whether a parameter was free: neither frozen nor held as a gauge.
 bool is_free(const FitOutcome& outcome, Index parameter);

@@ -105,7 +105,8 @@ void print_fit(std::ostream& stream, const FitOutcome& outcome) {
 
   const Model& model = outcome.model();
   stream << "\nparameters  " << free_count(outcome) << " free of " << model.parameters.size() << '\n';
-  TextTable table{{{"name", Align::left}, {"value", Align::right}, {"standard deviation", Align::right}}, {}};
+  const std::string deviation = outcome.robust ? "standard deviation (robust)" : "standard deviation";
+  TextTable table{{{"name", Align::left}, {"value", Align::right}, {deviation, Align::right}}, {}};
   const std::vector<std::string> names = model.chain.parameter_names();
   for (Index k = 0; k < model.parameters.size(); ++k) {
     const bool known = model.standard_deviations.size() > 0;

@@ -63,7 +63,10 @@ struct FitCommand {
   int starts = 0;
   int best = 0;
   int max_iterations = 300;
+  /// given: as in the model text; auto: degrees and delay of the filters from the data.
+  std::string orders = "given";
   std::vector<std::string> frozen;
+  bool robust_covariance = false;
 };
 
 struct SimulateCommand {

@@ -123,6 +123,13 @@ void add_fit(CLI::App& program, FitCommand& command) {
                  "left out only when --init names a model file")
       ->type_name("TEXT")
       ->group(group);
+  app.add_option("--orders", command.orders,
+                 "given: degrees and delay of the filters as in --model; auto: chosen on held-back data for a chain "
+                 "rational | static block | rational (either filter may be missing), those in --model are replaced "
+                 "(default: given)")
+      ->type_name("WORD")
+      ->check(CLI::IsMember({"given", "auto"}))
+      ->group(group);
   app.add_option("--init", command.init,
                  "where the search starts: " + describe_initialisers() + " (default: fractional)")
       ->type_name("NAME|FILE.json")
@@ -147,6 +154,10 @@ void add_fit(CLI::App& program, FitCommand& command) {
                "parameter that keeps its starting value, e.g. G1.b0; repeatable or separated by commas (default: none)")
       ->delimiter(',')
       ->type_name("NAME")
+      ->group(group);
+  app.add_flag("--robust-covariance", command.robust_covariance,
+               "standard deviations that hold for coloured residuals, too: the sandwich covariance (default: that of "
+               "white ones)")
       ->group(group);
   app.add_option("--seed", command.run.seed, "seed of initialisers that use random numbers (default: 1)")
       ->type_name("N")

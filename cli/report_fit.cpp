@@ -96,6 +96,7 @@ bool has_response(const LeafBlock& leaf) { return leaf.parameters.size() > 0 && 
 void add_filters(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) {
   page.heading("Linear filters");
   page.paragraph("Gains that neighbouring blocks could trade are held by convention and count as exact in the bands.");
+  page.paragraph("Covariance: " + covariance_text(outcome) + ".");
   const double sample_time_s = outcome.sample_time_s;
   const Eigen::VectorXd frequencies = logarithmic_frequencies(sample_time_s, kBodeDecades, kBodePoints);
   for (const LeafBlock& leaf : leaf_blocks(outcome.model())) {
@@ -146,13 +147,22 @@ void add_parameters(HtmlPage& page, const FitOutcome& outcome) {
                     is_free(outcome, k) && known ? number(model.standard_deviations[k], 3) : "-",
                     is_free(outcome, k) ? "free" : "held"});
   }
-  page.table({"name", "value", "standard deviation", ""}, rows);
+  page.table({"name", "value", "standard deviation" + std::string(outcome.robust ? " (robust)" : ""), ""}, rows);
   page.paragraph("The whole chain, as blockid reads it:");
   page.code(blockid::to_text(model.chain));
 }
 
-void add_candidates(HtmlPage& page, const FitOutcome& outcome) {
+/// Of the best trial whose initialiser shared the roots out, if there is one.
+void add_root_shares(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) {
+  const std::vector<Trial>& trials = outcome.fit.trials;
+  const auto shown = std::find_if(trials.begin(), trials.end(),
+                                  [](const Trial& trial) { return !trial.candidate.root_shares.empty(); });
+  if (shown != trials.end()) add_figure(page, root_shares_figure(shown->candidate), gnuplot);
+}
+
+void add_candidates(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) {
   page.heading("Candidates");
+  add_root_shares(page, outcome, gnuplot);
   std::vector<std::vector<std::string>> rows;
   for (const Trial& trial : outcome.fit.trials) {
     rows.push_back({std::to_string(rows.size() + 1), number(trial.candidate.rmse),
@@ -188,7 +198,7 @@ std::string fit_report(const FitOutcome& outcome) {
     add_figure(page, spectrum_figure(*shown.scored, shown.set), gnuplot);
   }
   add_parameters(page, outcome);
-  add_candidates(page, outcome);
+  add_candidates(page, outcome, gnuplot);
   return page.text();
 }
 

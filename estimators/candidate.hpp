@@ -6,12 +6,23 @@
 #include <blockid/data/data_set.hpp>
 #include <blockid/estimators/predictor.hpp>
 
+#include <complex>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
 namespace blockid {
+
+/// A real root, or the upper one of a pair, that an initialiser shared out between the two filters of a chain.
+struct RootShare {
+  bool pole = true;
+  std::complex<double> value = 0.0;
+  /// Share of G_W that was fitted: 1 the whole root, 0 none of it.
+  double exponent = 0.5;
+  /// Whether the candidate has it in G_W.
+  bool in_first = false;
+};
 
 /// A starting model and where it came from.
 struct Candidate {
@@ -20,6 +31,8 @@ struct Candidate {
   double rmse = 0.0;
   /// In words, e.g. "split 3 of 32: poles {0.9} | {0.7+-0.3i}".
   std::string how = {};
+  /// Poles, then zeros, by initialisers that fit exponents; otherwise empty.
+  std::vector<RootShare> root_shares = {};
 };
 
 /// Where a long computation stands.

@@ -8,8 +8,10 @@
 #include <blockid/init/bla.hpp>
 #include <blockid/init/combined.hpp>
 #include <blockid/init/wh_builder.hpp>
+#include <blockid/init/wh_structure.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -29,7 +31,7 @@ constexpr Index kDelaySamples = 10000;
 constexpr Index kDelayOrder = 6;
 /// The smallest delay whose linear model is within this share of the best one: numerators take up the rest.
 constexpr double kDelayTolerance = 0.02;
-constexpr Index kOversampling = 4;
+constexpr Index kOversampling[] = {2, 4, 8};
 constexpr Index kFirstKnots = 20;
 constexpr Index kMoreKnots[] = {30, 45};
 
@@ -39,13 +41,37 @@ struct Structure {
   Index second = 1;
   Index delay = 0;
   Index knots = kFirstKnots;
-  bool oversampled = false;
+  /// 1: at the samples only.
+  Index oversampling = 1;
+};
 
-  AnyBlock chain() const {
-    const AnyBlock spline = Spline(knots);
-    const AnyBlock f = oversampled ? AnyBlock(Oversampled(spline, kOversampling)) : spline;
-    return Series({{"G1", Rational(first, first, delay)}, {"f", f}, {"G2", Rational(second, second)}});
+/// The chains that structures stand for: the blocks of a given one with filters of other degrees, or all that is chosen
+/// freely.
+class Family {
+ public:
+  Family() = default;
+  explicit Family(WienerHammersteinStructure given) : given_(std::move(given)) {}
+
+  bool has_first() const { return !given_ || given_->first_filter; }
+  bool has_second() const { return !given_ || given_->second_filter; }
+  bool chooses_static_block() const { return !given_; }
+
+  AnyBlock chain(const Structure& structure) const {
+    const Rational first(structure.first, structure.first, structure.delay);
+    const Rational second(structure.second, structure.second, has_first() ? 0 : structure.delay);
+    if (given_) {
+      std::vector<LabelledBlock> blocks = given_->blocks;
+      if (given_->first_filter) blocks[*given_->first_filter].block = first;
+      if (given_->second_filter) blocks[*given_->second_filter].block = second;
+      return Series(std::move(blocks));
+    }
+    const AnyBlock spline = Spline(structure.knots);
+    const AnyBlock f = structure.oversampling > 1 ? AnyBlock(Oversampled(spline, structure.oversampling)) : spline;
+    return Series({{"G1", first}, {"f", f}, {"G2", second}});
   }
+
+ private:
+  std::optional<WienerHammersteinStructure> given_;
 };
 
 struct Parts {
@@ -66,7 +92,7 @@ Parts held_back(const DataSet& data, double share) {
   for (const Record& record : data.records) {
     const Index length = record.u.size();
     if (length < kFewestSamples) {
-      fail("fit_wiener_hammerstein: expected records of ", kFewestSamples, " samples or more to hold back a part, got ",
+      fail("choice of structure: expected records of ", kFewestSamples, " samples or more to hold back a part, got ",
            length);
     }
     const Index cut = cut_of(record, share);
@@ -85,10 +111,12 @@ Eigen::VectorXd grown(const Eigen::VectorXd& theta, Index from, Index to) {
 }
 
 /// The filters of a fitted model as the start of another structure.
-Initialiser start_from_filters(const Model& model, const Structure& from, const Structure& to) {
+Initialiser start_from_filters(const Family& family, const Model& model, const Structure& from, const Structure& to) {
   const std::vector<ChildParameters> blocks = top_level_blocks(model);
-  const Eigen::VectorXd first = grown(blocks.front().parameters, from.first, to.first);
-  const Eigen::VectorXd second = grown(blocks.back().parameters, from.second, to.second);
+  Eigen::VectorXd first;
+  Eigen::VectorXd second;
+  if (family.has_first()) first = grown(blocks.front().parameters, from.first, to.first);
+  if (family.has_second()) second = grown(blocks.back().parameters, from.second, to.second);
   return [first, second](const AnyBlock& chain, const DataSet& data, const InitialiserOptions& options) {
     const DataSet part = first_samples(data, 20000, options.prediction.warmup);
     const WienerHammersteinBuilder builder(chain, "fit_wiener_hammerstein", part, options.prediction);
@@ -99,8 +127,12 @@ Initialiser start_from_filters(const Model& model, const Structure& from, const 
 /// The search over structures.
 class Search {
  public:
-  Search(const DataSet& data, const AutomaticOptions& options)
-      : options_(options), cancelled_(std::make_shared<bool>(false)), fit_(options.fit) {
+  Search(Family family, Initialiser first_start, const DataSet& data, const AutomaticOptions& options)
+      : family_(std::move(family)),
+        first_start_(std::move(first_start)),
+        options_(options),
+        cancelled_(std::make_shared<bool>(false)),
+        fit_(options.fit) {
     DataSet part = first_samples(data, options.samples, 0);
     Parts parts = held_back(part, options.validation_share);
     train_ = std::move(parts.train);
@@ -128,33 +160,43 @@ class Search {
     next.delay = delay();
     for (Index order = 1; order <= options_.max_order && !cancelled(); ++order) {
       next.first = next.second = order;
-      const bool better = consider(next, fractional());
+      const bool better = consider(next, first_start_);
       // One order may fail to help where the next one does.
       if (!better && structure_.first <= order - 2) break;
     }
-    for (const Index knots : kMoreKnots) {
-      next = structure_;
-      next.knots = knots;
-      if (cancelled() || !consider(next, start_from_filters(best_->model, structure_, next))) break;
-    }
-    next = structure_;
-    next.oversampled = true;
-    if (!cancelled()) consider(next, start_from_filters(best_->model, structure_, next));
+    if (family_.chooses_static_block()) grow_static_block();
     for (bool improved = true; improved && !cancelled();) improved = grow_second() || grow_first();
   }
 
  private:
+  void grow_static_block() {
+    for (const Index knots : kMoreKnots) {
+      Structure next = structure_;
+      next.knots = knots;
+      if (cancelled() || !consider(next)) break;
+    }
+    for (const Index factor : kOversampling) {
+      Structure next = structure_;
+      next.oversampling = factor;
+      if (cancelled() || !consider(next)) break;
+    }
+  }
+
   bool grow_second() {
     Structure next = structure_;
     ++next.second;
-    return next.second <= options_.max_order && consider(next, start_from_filters(best_->model, structure_, next));
+    return family_.has_second() && next.second <= options_.max_order && consider(next);
   }
 
   bool grow_first() {
     if (cancelled()) return false;
     Structure next = structure_;
     ++next.first;
-    return next.first <= options_.max_order && consider(next, start_from_filters(best_->model, structure_, next));
+    return family_.has_first() && next.first <= options_.max_order && consider(next);
+  }
+
+  bool consider(const Structure& structure) {
+    return consider(structure, start_from_filters(family_, best_->model, structure_, structure));
   }
 
   Index delay() const {
@@ -194,7 +236,7 @@ class Search {
 
   /// Fits the structure; taken when it lowers the validation error by enough.
   bool consider(const Structure& structure, const Initialiser& initialiser) {
-    const AnyBlock chain = structure.chain();
+    const AnyBlock chain = family_.chain(structure);
     stage_ = to_text(chain);
     FitResult fitted = fit(chain, train_, initialiser, fit_);
     const double rmse = validation_rmse(fitted.model);
@@ -207,6 +249,9 @@ class Search {
     return true;
   }
 
+  Family family_;
+  /// Of chains whose filters both have one degree more than before.
+  Initialiser first_start_;
   AutomaticOptions options_;
   std::shared_ptr<bool> cancelled_;
   FitOptions fit_;
@@ -219,21 +264,39 @@ class Search {
   std::vector<StructureScore> tried_;
 };
 
+AutomaticResult search(const std::string& who, const Family& family, const Initialiser& initialiser,
+                       const DataSet& data, const AutomaticOptions& options) {
+  const auto began = std::chrono::steady_clock::now();
+  if (options.max_order < 1 || options.max_delay < 0 || options.samples < 0 || !(options.validation_share > 0.0) ||
+      !(options.validation_share < 1.0) || !(options.improvement >= 0.0)) {
+    fail(who, ": max_order must be >= 1, max_delay, samples and improvement >= 0, validation_share within (0, 1)");
+  }
+  Search search(family, initialiser, data, options);
+  search.run();
+  const AnyBlock chain = family.chain(search.structure());
+  AutomaticResult result{*search.best(), to_text(chain), search.tried()};
+  if (!search.cancelled()) {
+    const Initialiser start = start_from_filters(family, search.best()->model, search.structure(), search.structure());
+    result.fit = fit(chain, data, start, options.fit);
+  }
+  result.fit.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  return result;
+}
+
 }  // namespace
 
 AutomaticResult fit_wiener_hammerstein(const DataSet& data, const AutomaticOptions& options) {
-  if (options.max_order < 1 || options.max_delay < 0 || options.samples < 0 || !(options.validation_share > 0.0) ||
-      !(options.validation_share < 1.0) || !(options.improvement >= 0.0)) {
-    fail(
-        "fit_wiener_hammerstein: max_order must be >= 1, max_delay, samples and improvement >= 0, validation_share "
-        "within (0, 1)");
+  return search("fit_wiener_hammerstein", {}, fractional(), data, options);
+}
+
+AutomaticResult fit_with_chosen_orders(const AnyBlock& chain, const DataSet& data, const AutomaticOptions& options,
+                                       const Initialiser& initialiser) {
+  const WienerHammersteinStructure given = wiener_hammerstein_structure(chain, "fit_with_chosen_orders");
+  if (!given.first_filter && !given.second_filter) {
+    fail("fit_with_chosen_orders: expected a chain with a rational filter whose degrees can be chosen, got ",
+         to_text(chain));
   }
-  Search search(data, options);
-  search.run();
-  const AnyBlock chain = search.structure().chain();
-  if (search.cancelled()) return {*search.best(), to_text(chain), search.tried()};
-  const Initialiser start = start_from_filters(search.best()->model, search.structure(), search.structure());
-  return {fit(chain, data, start, options.fit), to_text(chain), search.tried()};
+  return search("fit_with_chosen_orders", Family(given), initialiser, data, options);
 }
 
 }  // namespace blockid

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <blockid/estimators/fit.hpp>
+#include <blockid/init/combined.hpp>
 
 #include <string>
 #include <vector>
@@ -31,6 +32,7 @@ struct StructureScore {
 };
 
 struct AutomaticResult {
+  /// wall_seconds: of the whole search.
   FitResult fit;
   /// Text form of the chain that was taken.
   std::string chain;
@@ -41,12 +43,20 @@ struct AutomaticResult {
 ///   1. delay: the smallest one that a table of linear models finds as good as any;
 ///   2. equal degrees n = 1, 2, .. of both filters, started by fractional();
 ///   3. knots of the spline 20, 30, 45;
-///   4. the spline oversampled by 4;
+///   4. the spline oversampled by 2, 4, 8, as long as each helps;
 ///   5. one degree more in either filter, started from the smaller model, until neither helps.
 /// Then the chosen chain is fitted to all data, started from the model found.
 ///
 /// Throws Error for records too short to hold back a part (fewer than 100 samples) and for what fit() throws.
 /// Cancelled: the best structure so far.
 AutomaticResult fit_wiener_hammerstein(const DataSet& data, const AutomaticOptions& options = {});
+
+/// The same with the static block of `chain`, a row `rational | static block | rational` of which either filter may be
+/// missing: degrees and delay of its filters are replaced by steps 1, 2 and 5, all else stays as given. `initialiser`
+/// starts step 2.
+///
+/// Throws Error for any other chain, and as above.
+AutomaticResult fit_with_chosen_orders(const AnyBlock& chain, const DataSet& data, const AutomaticOptions& options = {},
+                                       const Initialiser& initialiser = fractional());
 
 }  // namespace blockid

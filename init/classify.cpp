@@ -101,6 +101,15 @@ std::vector<RootGroup> chosen(const std::vector<SharedOut>& roots, const Roundin
   return result;
 }
 
+/// What a rounding made of the roots; those at infinity have no place.
+void add_shares(std::vector<RootShare>& shares, bool pole, const std::vector<SharedOut>& roots,
+                const Rounding& rounding) {
+  for (std::size_t k = 0; k < roots.size(); ++k) {
+    if (roots[k].group.kind == RootGroup::Kind::infinite) continue;
+    shares.push_back({pole, roots[k].group.value, roots[k].exponent, rounding.first[k]});
+  }
+}
+
 /// Fractional fits and their roundings for one chain with two filters.
 class Classifier {
  public:
@@ -213,6 +222,8 @@ class Classifier {
           builder_.build(filter_parameters(g_w, chosen(zeros, *pair.zeros, true), chosen(poles, *pair.poles, true)),
                          filter_parameters(g_h, chosen(zeros, *pair.zeros, false), chosen(poles, *pair.poles, false)),
                          how + ", rounding " + std::to_string(candidates.size() + 1)));
+      add_shares(candidates.back().root_shares, true, poles, *pair.poles);
+      add_shares(candidates.back().root_shares, false, zeros, *pair.zeros);
     }
     return candidates;
   }

@@ -77,6 +77,7 @@ VectorXd phase_beside(const BodeBand& measured, const BodeBand& model) {
 
 /// Largest magnitude at which roots are drawn; farther ones would leave no room for the circle.
 constexpr double kMapRadius = 3.0;
+constexpr const char* kFilterColours[] = {"#047857", "#b45309"};
 
 struct Points {
   VectorXd real;
@@ -117,6 +118,37 @@ VectorXd decibels(const VectorXd& density) {
 }
 
 Index lags_for(const ScoredRecord& scored) { return std::clamp<Index>(scored.yhat.size() / 4, 1, kLags); }
+
+/// What the roots of one kind that went to one filter add to a picture.
+struct SharesLayer {
+  Points points;
+  /// Commands that write the exponents beside the roots.
+  std::string labels;
+};
+
+SharesLayer shares_layer(const Candidate& candidate, bool pole, bool in_first) {
+  SharesLayer layer;
+  std::vector<std::complex<double>> roots;
+  for (const RootShare& share : candidate.root_shares) {
+    if (share.pole != pole || share.in_first != in_first) continue;
+    roots.push_back(share.value);
+    if (share.value.imag() != 0.0) roots.push_back(std::conj(share.value));
+    if (std::abs(share.value) > kMapRadius) continue;
+    layer.labels += "set label " + quoted(fixed_number(share.exponent, 2)) + " at " + number(share.value.real()) + "," +
+                    number(share.value.imag()) + " left offset 0.8,0.5 front textcolor rgb " +
+                    quoted(kFilterColours[in_first ? 0 : 1]) + "\n";
+  }
+  layer.points = points_of(roots);
+  return layer;
+}
+
+/// Axes of the z plane out to `reach`, with the first element of its plot: the unit circle.
+std::string z_plane(double reach) {
+  const std::string limit = number(reach, 4);
+  return "set size ratio -1\nset lmargin 8\nset xrange [-" + limit + ":" + limit + "]\nset yrange [-" + limit + ":" +
+         limit + "]\nset xlabel 'real'\nset ylabel 'imaginary' offset 1,0\nset parametric\nset trange [0:2*pi]\n" +
+         "set samples 200\nplot cos(t), sin(t) with lines ls 4 notitle";
+}
 
 }  // namespace
 
@@ -222,16 +254,43 @@ Figure pole_zero_figure(const std::string& name, const LinearRoots& roots) {
                 .height = 420};
   if (!zeros.beyond.empty()) figure.caption += " Beyond the picture: zeros at " + zeros.beyond + ".";
   if (!poles.beyond.empty()) figure.caption += " Beyond the picture: poles at " + poles.beyond + ".";
-  const std::string reach = number(map_reach(zeros, poles), 4);
   std::string script = kFigureStyles;
   if (zeros.real.size() > 0) script += data_block("z", {zeros.real, zeros.imaginary});
   if (poles.real.size() > 0) script += data_block("p", {poles.real, poles.imaginary});
-  script += "set size ratio -1\nset lmargin 8\nset xrange [-" + reach + ":" + reach + "]\nset yrange [-" + reach + ":" +
-            reach + "]\nset xlabel 'real'\nset ylabel 'imaginary' offset 1,0\nset parametric\nset trange [0:2*pi]\n" +
-            "set samples 200\nplot cos(t), sin(t) with lines ls 4 notitle";
+  script += z_plane(map_reach(zeros, poles));
   if (poles.real.size() > 0) script += ", $p using 1:2 with points pt 2 ps 1.1 lw 2 lc rgb '#2563eb' title 'poles'";
   if (zeros.real.size() > 0) script += ", $z using 1:2 with points pt 6 ps 1.1 lw 2 lc rgb '#dc2626' title 'zeros'";
   figure.script = script + "\n";
+  return figure;
+}
+
+Figure root_shares_figure(const Candidate& candidate) {
+  Figure figure{.id = "root-shares",
+                .title = "Where the fractional initialiser placed the poles and zeros",
+                .caption =
+                    "Roots of the best linear approximation with the exponents that were fitted: 1 belongs whole to "
+                    "the first filter, 0 to the second. Colour: the filter that each went to. " +
+                    candidate.how + ".",
+                .script = kFigureStyles,
+                .width = 620,
+                .height = 560};
+  std::string plots;
+  double reach = 1.0;
+  for (const bool pole : {true, false}) {
+    for (const bool in_first : {true, false}) {
+      const SharesLayer layer = shares_layer(candidate, pole, in_first);
+      if (!layer.points.beyond.empty()) figure.caption += " Beyond the picture: " + layer.points.beyond + ".";
+      if (layer.points.real.size() == 0) continue;
+      reach = std::max(reach, map_reach(layer.points, layer.points));
+      const std::string filter = in_first ? "1" : "2";
+      const std::string name = (pole ? "p" : "z") + filter;
+      figure.script += data_block(name, {layer.points.real, layer.points.imaginary}) + layer.labels;
+      plots += ", $" + name + " using 1:2 with points pt " + (pole ? "2" : "6") + " ps 1.2 lw 2 lc rgb " +
+               quoted(kFilterColours[in_first ? 0 : 1]) + " title '" + (pole ? "poles" : "zeros") + " to G" + filter +
+               "'";
+    }
+  }
+  figure.script += z_plane(reach) + plots + "\n";
   return figure;
 }
 

@@ -7,6 +7,8 @@
 #include <blockid/cli/report/html.hpp>
 #include <blockid/cli/report/spectrum.hpp>
 
+#include <blockid/estimators/candidate.hpp>
+
 #include <Eigen/Core>
 #include <string>
 
@@ -33,6 +35,9 @@ Figure whole_figure(const ScoredRecord& scored, const std::string& set, Index be
 Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand& measured);
 
 Figure pole_zero_figure(const std::string& name, const LinearRoots& roots);
+
+/// Where an initialiser placed the roots: each with its exponent, coloured by the filter that it went to.
+Figure root_shares_figure(const Candidate& candidate);
 
 /// f with its 2-sigma band over the histogram of its input v.
 Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, const Eigen::VectorXd& v);

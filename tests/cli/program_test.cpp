@@ -243,6 +243,82 @@ TEST_F(Program, FrozenParametersKeepTheirValues) {
   }
 }
 
+TEST_F(Program, OrdersAutoChoosesTheFiltersAndKeepsTheStaticBlock) {
+  const std::string family = "G1=rational(nb=1,na=1) | f=polynomial(degree=5) | G2=rational(nb=1,na=1)";
+  Arguments arguments = fit_arguments({"--orders", "auto"});
+  std::replace(arguments.begin(), arguments.end(), std::string(kSyntheticChain), family);
+  const ProgramRun fit = run(arguments);
+  ASSERT_EQ(fit.code, 0) << fit.err;
+  const json r = result();
+  EXPECT_THAT(r["model"].get<std::string>(), HasSubstr("f=polynomial(degree=5"));
+  EXPECT_EQ(r["init"], "structures by validation");
+  ASSERT_GE(r["structures"].size(), 3u);
+  // The system has filters of degree 3: one of degree 1 each is not enough, and with enough of them only the noise is
+  // left.
+  EXPECT_GT(r["structures"][0]["validation_rmse"].get<double>(), 1.5 * noise_);
+  EXPECT_LT(r["test"]["rmse"].get<double>(), 1.1 * noise_);
+}
+
+TEST_F(Program, OrdersAutoRefusesWhatItWouldReplace) {
+  EXPECT_THAT(run(fit_arguments({"--orders", "auto", "--freeze", "G2.b0"})).err,
+              HasSubstr("--freeze: --orders auto chooses the chain itself"));
+  Arguments whole = fit_arguments({"--orders", "auto"});
+  std::replace(whole.begin(), whole.end(), std::string(kSyntheticChain), std::string("wh"));
+  EXPECT_THAT(run(whole).err, HasSubstr("--model wh chooses the orders anyway"));
+  Arguments nothing = fit_arguments({"--orders", "auto"});
+  std::replace(nothing.begin(), nothing.end(), std::string(kSyntheticChain), std::string("f=polynomial(degree=3)"));
+  const ProgramRun fit = run(nothing);
+  EXPECT_NE(fit.code, 0);
+  EXPECT_THAT(fit.err, HasSubstr("rational"));
+}
+
+TEST_F(Program, RobustDeviationsAgreeWithThePlainOnesWhenResidualsAreWhite) {
+  ASSERT_EQ(run(fit_arguments()).code, 0);
+  const json plain = result();
+  const ProgramRun fit = run(fit_arguments({"--robust-covariance"}));
+  ASSERT_EQ(fit.code, 0) << fit.err;
+  EXPECT_THAT(fit.out, HasSubstr("standard deviation (robust)"));
+  const json robust = result();
+  EXPECT_EQ(plain["covariance"]["kind"], "white");
+  EXPECT_EQ(robust["covariance"]["kind"], "robust");
+  ASSERT_EQ(plain["parameter_table"].size(), robust["parameter_table"].size());
+  // 200 batches: a deviation is itself known to 1 / sqrt(2 * 200) = 5 %; four of these.
+  constexpr double kTolerance = 0.2;
+  int free = 0;
+  int different = 0;
+  for (std::size_t k = 0; k < plain["parameter_table"].size(); ++k) {
+    const json& before = plain["parameter_table"][k]["standard_deviation"];
+    const json& after = robust["parameter_table"][k]["standard_deviation"];
+    ASSERT_EQ(before.is_number(), after.is_number()) << k;
+    if (!before.is_number() || before.get<double>() == 0.0) continue;
+    ++free;
+    different += before.get<double>() != after.get<double>();
+    EXPECT_NEAR(after.get<double>() / before.get<double>(), 1.0, kTolerance) << plain["parameter_table"][k];
+  }
+  EXPECT_EQ(free, 18);
+  EXPECT_EQ(different, free);
+}
+
+TEST_F(Program, FractionalExponentsAreInTheResultAndTheReport) {
+  const ProgramRun fit = run(fit_arguments({"--init", "classify", "--report", "report.html"}));
+  ASSERT_EQ(fit.code, 0) << fit.err;
+  const json r = result();
+  std::size_t with_shares = 0;
+  for (const json& candidate : r["candidates"]) {
+    if (!candidate.contains("root_shares")) continue;
+    ++with_shares;
+    std::size_t poles = 0;
+    for (const json& share : candidate["root_shares"]) {
+      poles += share["kind"] == "pole" ? (share["imaginary"].get<double>() != 0.0 ? 2 : 1) : 0;
+      EXPECT_TRUE(share["exponent"].is_number()) << share;
+    }
+    EXPECT_EQ(poles, 6u);  // two filters of degree 3
+  }
+  EXPECT_GT(with_shares, 0u);
+  if (fit.err.find("gnuplot is not installed") != std::string::npos) GTEST_SKIP() << "gnuplot is not here";
+  EXPECT_THAT(blockid::read_file(folder_ / "report.html"), HasSubstr("id=\"root-shares\""));
+}
+
 TEST_F(Program, MissingOutputsAreAllowedOnRequest) {
   blockid::Table table = blockid::read_csv(folder_ / "data.csv");
   std::string text = "u,y\n";

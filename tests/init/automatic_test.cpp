@@ -70,6 +70,30 @@ TEST(AutomaticTest, CancelledKeepsTheBestSoFar) {
   EXPECT_LT(calls, 40);
 }
 
+TEST(AutomaticTest, ChosenOrdersKeepTheStaticBlockOfAHammersteinChain) {
+  const Model truth = testing::model_of("f=polynomial(degree=3,range=[-4:4]) | G=rational(nb=1,na=2,nk=2)",
+                                        {0.5, 3.0, 0.4, -0.5, 1.0, 0.4, -1.2, 0.52});
+  const Record record = testing::simulated_record(truth, 4000, kNoise, 24);
+  const AutomaticResult result =
+      fit_with_chosen_orders(parse("f=polynomial(degree=3,range=[-4:4]) | G=rational(nb=1,na=1)"), record, small());
+  const std::vector<ChildParameters> blocks = top_level_blocks(result.fit.model);
+  ASSERT_EQ(blocks.size(), 2u);
+  EXPECT_EQ(to_text(blocks.front().block), "polynomial(degree=3,range=[-4,4])");
+  const auto* filter = blocks.back().block.target<Rational>();
+  ASSERT_NE(filter, nullptr);
+  EXPECT_GE(filter->na(), 2);
+  // The delay of two samples lies in nk or in leading zeros of the numerator.
+  EXPECT_LE(filter->nk(), 2);
+  // A dozen free parameters of 4000 samples leave the rmse of the noise, known to 1 / sqrt(2 * 4000) = 1.1 %; four of
+  // these.
+  EXPECT_NEAR(result.fit.report.rmse, kNoise, 0.045 * kNoise);
+}
+
+TEST(AutomaticTest, OrdersOfNothingCannotBeChosen) {
+  const Record record = testing::simulated_record(delayed_system(), 300, kNoise, 25);
+  EXPECT_THAT(BLOCKID_MESSAGE(fit_with_chosen_orders(parse("f=polynomial(degree=3)"), record)), HasSubstr("rational"));
+}
+
 TEST(AutomaticTest, BadInputIsNamed) {
   const Record record = testing::simulated_record(delayed_system(), 60, kNoise, 23);
   EXPECT_THAT(BLOCKID_MESSAGE(fit_wiener_hammerstein(record)), HasSubstr("100"));
