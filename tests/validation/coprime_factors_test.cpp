@@ -1,0 +1,104 @@
+// Coprime factors and the signals of the uncertainty: values of an independent computation, identities, errors.
+#include "crowder_loop.hpp"
+
+#include <blockid/data/error.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace blockid::testing {
+namespace {
+
+using Eigen::VectorXd;
+
+/// Filters of order four over 500 samples of size one: rounding stays below 1e-12 in the reference computation as here.
+constexpr double kTolerance = 1e-12;
+
+TEST(CoprimeFactors, PublishedLoopGivesTheValuesOfAnotherProgram) {
+  const CrowderLoop crowder;
+  const VectorXd r = normal_reference(501);
+  EXPECT_NEAR(r[0], -0.19258034021082279, kTolerance);
+  EXPECT_NEAR(r[1], -1.020844986803900, kTolerance);
+  EXPECT_NEAR(r[499], 2.227050575176636, kTolerance);
+  const ClosedLoopRecord record = simulate_closed_loop(crowder.plant, crowder.controller, r, VectorXd::Zero(501));
+  EXPECT_NEAR(record.u[199], -0.7802877034313961, kTolerance);
+  EXPECT_NEAR(record.y[199], 0.1584039497430480, kTolerance);
+  const UncertaintySignals ok = uncertainty_signals(crowder.ok(), record.u, record.y);
+  EXPECT_NEAR(ok.v[0], -0.004367722115981463, kTolerance);
+  EXPECT_NEAR(ok.v[199], -0.002164184770979002, kTolerance);
+  EXPECT_NEAR(ok.w[1], -0.0004735259772220557, kTolerance);
+  EXPECT_NEAR(ok.w[199], 0.06658709308437652, kTolerance);
+  EXPECT_NEAR(ok.v[499], 0.07741894292541648, kTolerance);
+  EXPECT_NEAR(ok.w[499], -0.01705856958210325, kTolerance);
+  EXPECT_NEAR(ok.w.cwiseAbs().maxCoeff(), 0.17608503594122, kTolerance);
+  const UncertaintySignals trivial = uncertainty_signals(crowder.trivial(), record.u, record.y);
+  EXPECT_NEAR(trivial.w.cwiseAbs().maxCoeff(), 0.143137813080956, kTolerance);
+  EXPECT_NEAR(trivial.w[199], 0.04455400228454101, kTolerance);
+}
+
+TEST(CoprimeFactors, ReferenceGivesTheSameInput) {
+  const CrowderLoop crowder;
+  const VectorXd r = normal_reference(501);
+  const ClosedLoopRecord record = simulate_closed_loop(crowder.plant, crowder.controller, r, VectorXd::Zero(501));
+  const UncertaintySignals signals = uncertainty_signals(crowder.ok(), record.u, record.y);
+  EXPECT_LT((uncertainty_input(crowder.ok(), r) - signals.v).cwiseAbs().maxCoeff(), kTolerance);
+  EXPECT_LT(reference_error(crowder.controller, record.u, record.y, r), kTolerance);
+  const VectorXd clipped = record.u.cwiseMin(1.0);
+  EXPECT_GT(reference_error(crowder.controller, clipped, record.y, r), 0.1);
+}
+
+// Delta Vbar = [Ts q (1 - p q) - b q (1 - q)] / [(1 - q)^2 + Ts q (c1 + c0 q)], with the true plant in the sensitivity.
+TEST(CoprimeFactors, TrueUncertaintyMapsInputToOutput) {
+  const CrowderLoop crowder;
+  const UncertaintySignals signals = crowder_signals(crowder.ok());
+  const double ts = crowder.ts;
+  const DiscreteTransferFunction delta{polynomial({0.0, ts - crowder.b, crowder.b - ts * crowder.p}),
+                                       polynomial({1.0, -2.0 + ts * (1.0 + ts / 2.0), 1.0 + ts * (-1.0 + ts / 2.0)})};
+  const DiscreteTransferFunction inverse{crowder.ok().weight.denominator, crowder.ok().weight.numerator};
+  EXPECT_LT((filter(delta, filter(inverse, signals.v)) - signals.w).cwiseAbs().maxCoeff(), kTolerance);
+}
+
+TEST(CoprimeFactors, IntegratorGetsAStableDenominator) {
+  const CrowderLoop crowder;
+  const CoprimeFactors factors = coprime_factors(crowder.controller, 0.9);
+  ASSERT_EQ(factors.stable.size(), 2);
+  EXPECT_DOUBLE_EQ(factors.stable[0], 1.0);
+  EXPECT_NEAR(factors.stable[1], -0.9, 1e-15);
+  EXPECT_EQ(coprime_factors(crowder.model, 0.9).stable, crowder.model.denominator);
+}
+
+template <class Call>
+std::string message_of(const Call& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(CoprimeFactors, MistakesAreNamed) {
+  using ::testing::HasSubstr;
+  const CrowderLoop crowder;
+  UncertainLoop loop = crowder.ok();
+  loop.weight.numerator = polynomial({0.0, 1.0});
+  EXPECT_THAT(message_of([&] { check(loop); }), HasSubstr("biproper"));
+  loop.weight.numerator = polynomial({1.0, -2.0});
+  EXPECT_THAT(message_of([&] { check(loop); }), HasSubstr("zeros inside the unit circle"));
+  loop = crowder.ok();
+  loop.weight.denominator = polynomial({1.0, -1.5});
+  EXPECT_THAT(message_of([&] { check(loop); }), HasSubstr("poles inside the unit circle"));
+  loop = crowder.ok();
+  loop.controller = coprime_factors({polynomial({-1.0}), polynomial({1.0, -1.0})}, 0.9);
+  EXPECT_THAT(message_of([&] { check(loop); }), HasSubstr("stabilises the model"));
+  const VectorXd zero = VectorXd::Zero(10);
+  EXPECT_THAT(message_of([&] { uncertainty_signals(crowder.ok(), zero, zero); }), HasSubstr("v is zero"));
+  EXPECT_THAT(message_of([&] { uncertainty_signals(crowder.ok(), zero, VectorXd::Zero(9)); }),
+              HasSubstr("10 samples, got 9"));
+  EXPECT_THAT(message_of([&] { coprime_factors(crowder.controller, 1.0); }),
+              HasSubstr("inside the unit circle, got 1"));
+  EXPECT_THAT(message_of([&] { filter({polynomial({1.0}), polynomial({0.0, 1.0})}, zero); }), HasSubstr("not zero"));
+}
+
+}  // namespace
+}  // namespace blockid::testing

@@ -1,0 +1,158 @@
+#include <blockid/validation/coprime_factors.hpp>
+
+#include <blockid/blocks/rational.hpp>
+#include <blockid/data/error.hpp>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <complex>
+#include <span>
+
+namespace blockid {
+namespace {
+
+using Eigen::VectorXd;
+
+/// A double root at one comes out of the eigenvalues with an error of the root of the rounding unit.
+constexpr double kStableRadius = 1.0 - 1e-7;
+
+VectorXd product(const VectorXd& a, const VectorXd& b) {
+  VectorXd c = VectorXd::Zero(a.size() + b.size() - 1);
+  for (Index i = 0; i < a.size(); ++i) c.segment(i, b.size()) += a[i] * b;
+  return c;
+}
+
+VectorXd sum(const VectorXd& a, const VectorXd& b) {
+  VectorXd c = VectorXd::Zero(std::max(a.size(), b.size()));
+  c.head(a.size()) += a;
+  c.head(b.size()) += b;
+  return c;
+}
+
+void check_polynomial(const VectorXd& polynomial, const char* what) {
+  if (polynomial.size() < 1 || !polynomial.allFinite()) fail(what, ": expected finite coefficients, at least one");
+}
+
+void check_transfer_function(const DiscreteTransferFunction& g) {
+  check_polynomial(g.numerator, "numerator");
+  check_polynomial(g.denominator, "denominator");
+  if (g.denominator[0] == 0.0) fail("denominator: expected a first coefficient that is not zero");
+}
+
+/// Roots z of a_0 z^n + ... + a_n.
+Eigen::VectorXcd roots(const VectorXd& polynomial) {
+  const Index n = polynomial.size() - 1;
+  if (n == 0) return {};
+  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(n, n);
+  companion.row(0) = -polynomial.tail(n).transpose() / polynomial[0];
+  companion.bottomLeftCorner(n - 1, n - 1).setIdentity();
+  return companion.eigenvalues();
+}
+
+void check_sizes(Index expected, Index got, const char* what) {
+  if (expected != got) fail(what, ": expected ", expected, " samples, got ", got);
+}
+
+}  // namespace
+
+VectorXd filter(const DiscreteTransferFunction& g, const VectorXd& u) {
+  check_transfer_function(g);
+  const Rational block(g.numerator.size() - 1, g.denominator.size() - 1);
+  VectorXd theta(block.parameter_count());
+  theta << g.numerator / g.denominator[0], g.denominator.tail(g.denominator.size() - 1) / g.denominator[0];
+  VectorXd state = VectorXd::Zero(block.state_count());
+  VectorXd y(u.size());
+  block.apply<double>({theta.data(), static_cast<std::size_t>(theta.size())},
+                      {state.data(), static_cast<std::size_t>(state.size())},
+                      {u.data(), static_cast<std::size_t>(u.size())}, {y.data(), static_cast<std::size_t>(y.size())});
+  return y;
+}
+
+double spectral_radius(const VectorXd& polynomial) {
+  check_polynomial(polynomial, "polynomial");
+  if (polynomial[0] == 0.0) fail("polynomial: expected a first coefficient that is not zero");
+  const Eigen::VectorXcd z = roots(polynomial);
+  return z.size() == 0 ? 0.0 : z.cwiseAbs().maxCoeff();
+}
+
+CoprimeFactors coprime_factors(const DiscreteTransferFunction& g, double pole) {
+  check_transfer_function(g);
+  if (!(std::abs(pole) < 1.0)) fail("coprime factors: expected a pole inside the unit circle, got ", pole);
+  if (spectral_radius(g.denominator) < kStableRadius) return trivial_factors(g);
+  Eigen::VectorXcd stable = Eigen::VectorXcd::Constant(1, g.denominator[0]);
+  for (const std::complex<double> z : roots(g.denominator)) {
+    const std::complex<double> kept = std::abs(z) < kStableRadius ? z : pole;
+    Eigen::VectorXcd longer = Eigen::VectorXcd::Zero(stable.size() + 1);
+    longer.head(stable.size()) += stable;
+    longer.tail(stable.size()) -= kept * stable;
+    stable = longer;
+  }
+  return {g.numerator, g.denominator, stable.real()};
+}
+
+CoprimeFactors trivial_factors(const DiscreteTransferFunction& g) {
+  check_transfer_function(g);
+  return {g.numerator, g.denominator, g.denominator};
+}
+
+VectorXd characteristic_polynomial(const UncertainLoop& loop) {
+  return sum(product(loop.plant.denominator, loop.controller.denominator),
+             product(loop.plant.numerator, loop.controller.numerator));
+}
+
+void check(const UncertainLoop& loop) {
+  check_transfer_function(loop.weight);
+  if (loop.weight.numerator[0] == 0.0)
+    fail("weight: expected a direct term (biproper), got a numerator that begins with 0");
+  const double zero = spectral_radius(loop.weight.numerator);
+  const double pole = spectral_radius(loop.weight.denominator);
+  if (zero >= kStableRadius) fail("weight: expected zeros inside the unit circle, got one of modulus ", zero);
+  if (pole >= kStableRadius) fail("weight: expected poles inside the unit circle, got one of modulus ", pole);
+  const VectorXd chi = characteristic_polynomial(loop);
+  if (chi[0] == 0.0) fail("loop: model and controller have an algebraic loop without solution");
+  const double radius = spectral_radius(chi);
+  if (radius >= kStableRadius) {
+    fail("loop: expected a controller that stabilises the model, got a closed-loop pole of modulus ", radius);
+  }
+}
+
+UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const VectorXd& u, const VectorXd& y) {
+  check(loop);
+  check_sizes(u.size(), y.size(), "output");
+  const VectorXd chi = characteristic_polynomial(loop);
+  // The stable denominators of the controller cancel in v, those of the plant in w.
+  const VectorXd before = filter({product(loop.plant.stable, loop.controller.denominator), chi}, u) +
+                          filter({product(loop.plant.stable, loop.controller.numerator), chi}, y);
+  UncertaintySignals signals;
+  signals.v = filter(loop.weight, before);
+  signals.w = filter({product(loop.controller.stable, loop.plant.denominator), chi}, y) -
+              filter({product(loop.controller.stable, loop.plant.numerator), chi}, u);
+  if (signals.v.size() == 0 || signals.v.isZero(0.0))
+    fail("uncertainty: the signal v is zero, nothing excites the loop");
+  return signals;
+}
+
+VectorXd uncertainty_input(const UncertainLoop& loop, const VectorXd& r) {
+  check(loop);
+  return filter(loop.weight,
+                filter({product(loop.plant.stable, loop.controller.denominator), characteristic_polynomial(loop)}, r));
+}
+
+double reference_error(const DiscreteTransferFunction& controller, const VectorXd& u, const VectorXd& y,
+                       const VectorXd& r) {
+  check_sizes(r.size(), u.size(), "input");
+  check_sizes(r.size(), y.size(), "output");
+  if (r.size() == 0) return 0.0;
+  return (filter(controller, y) + u - r).cwiseAbs().maxCoeff();
+}
+
+ClosedLoopRecord simulate_closed_loop(const DiscreteTransferFunction& plant, const DiscreteTransferFunction& controller,
+                                      const VectorXd& r, const VectorXd& d) {
+  check_sizes(r.size(), d.size(), "disturbance");
+  const VectorXd open = product(plant.denominator, controller.denominator);
+  const VectorXd chi = sum(open, product(plant.numerator, controller.numerator));
+  return {filter({open, chi}, r) - filter({product(plant.denominator, controller.numerator), chi}, d),
+          filter({product(plant.numerator, controller.denominator), chi}, r) + filter({open, chi}, d)};
+}
+
+}  // namespace blockid

@@ -1,0 +1,80 @@
+// Coprime factors of a loop of model and controller, and the signals that its uncertainty connects.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace blockid {
+
+/// G(q) = (b_0 + b_1 q^-1 + ... + b_nb q^-nb) / (a_0 + a_1 q^-1 + ... + a_na q^-na), a_0 not zero.
+struct DiscreteTransferFunction {
+  Eigen::VectorXd numerator;    ///< (nb + 1,)
+  Eigen::VectorXd denominator;  ///< (na + 1,)
+};
+
+/// y = G u from rest. Throws Error unless both polynomials are finite and a_0 is not zero.
+Eigen::VectorXd filter(const DiscreteTransferFunction& g, const Eigen::VectorXd& u);
+
+/// Largest |z| with a_0 z^na + ... + a_na = 0; 0 for a constant.
+double spectral_radius(const Eigen::VectorXd& polynomial);
+
+/// G = N D^-1 with N = numerator / stable, D = denominator / stable; N and D have no pole outside the circle when
+/// `stable` has no root there.
+struct CoprimeFactors {
+  Eigen::VectorXd numerator;
+  Eigen::VectorXd denominator;
+  Eigen::VectorXd stable;
+};
+
+/// `stable` = the denominator of G with every root on or outside the unit circle moved to `pole`: a controller
+/// (c_1 + c_0 q^-1) / (1 - q^-1) gets D = (1 - q^-1) / (1 - pole q^-1). D = 1 for a stable G.
+/// Throws Error unless |pole| < 1.
+CoprimeFactors coprime_factors(const DiscreteTransferFunction& g, double pole);
+
+/// N = G, D = 1, whether G is stable or not. For an integrating G the set of plants that the factors describe contains
+/// some that the controller does not stabilise: prefer coprime_factors().
+CoprimeFactors trivial_factors(const DiscreteTransferFunction& g);
+
+/// The loop u = r - C y, y = P u + d around the model Phat = Nhat Dhat^-1, and the set of plants
+/// { (Nhat + Dc Delta V) (Dhat - Nc Delta V)^-1 : |Delta| <= 1 } with C = Nc Dc^-1.
+/// Source: Crowder and de Callafon 2003, equations (4)-(9), with the true P in the sensitivity of (8) and (9).
+struct UncertainLoop {
+  CoprimeFactors plant;
+  CoprimeFactors controller;
+  DiscreteTransferFunction weight;  ///< V, with b_0 not zero, poles and zeros inside the unit circle
+};
+
+/// chi = d_P d_C + n_P n_C, whose roots are the poles of the loop of model and controller.
+Eigen::VectorXd characteristic_polynomial(const UncertainLoop& loop);
+
+/// Throws Error when the controller does not stabilise the model, or the weight is not biproper, stable and minimum
+/// phase.
+void check(const UncertainLoop& loop);
+
+/// w = Delta v + delta, where delta is what the disturbance leaves: zero without one.
+struct UncertaintySignals {
+  Eigen::VectorXd v;
+  Eigen::VectorXd w;
+};
+
+/// v = V Lambda^-1 (Dc u + Nc y), w = Lambda^-1 (Dhat y - Nhat u), Lambda = Dhat Dc + Nhat Nc.
+///
+/// u, y (N,) from the start of the experiment, when all was at rest: cut windows from v and w, not from u and y.
+/// Throws Error as check() does, for sizes that differ, and when v is zero.
+UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const Eigen::VectorXd& u, const Eigen::VectorXd& y);
+
+/// v = V Lambda^-1 Dc r: the same v from the reference.
+Eigen::VectorXd uncertainty_input(const UncertainLoop& loop, const Eigen::VectorXd& r);
+
+/// max_t |(C y + u - r)_t|: large when a saturation or another controller than C was at work.
+double reference_error(const DiscreteTransferFunction& controller, const Eigen::VectorXd& u, const Eigen::VectorXd& y,
+                       const Eigen::VectorXd& r);
+
+/// u = r - C y, y = P u + d from rest.
+struct ClosedLoopRecord {
+  Eigen::VectorXd u;
+  Eigen::VectorXd y;
+};
+ClosedLoopRecord simulate_closed_loop(const DiscreteTransferFunction& plant, const DiscreteTransferFunction& controller,
+                                      const Eigen::VectorXd& r, const Eigen::VectorXd& d);
+
+}  // namespace blockid
