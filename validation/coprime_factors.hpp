@@ -36,7 +36,8 @@ CoprimeFactors trivial_factors(const DiscreteTransferFunction& g);
 
 /// The loop u = r - C y, y = P u + d around the model Phat = Nhat Dhat^-1, and the set of plants
 /// { (Nhat + Dc Delta V) (Dhat - Nc Delta V)^-1 : |Delta| <= 1 } with C = Nc Dc^-1.
-/// Source: Crowder and de Callafon 2003, equations (4)-(9), with the true P in the sensitivity of (8) and (9).
+/// Source: Crowder and de Callafon, equations (3)-(7), with |Delta| <= 1, which is what their (19) tests. Solved for
+/// Delta V: Dc^-1 (1 + P C)^-1 (P - Phat) Dhat with the true P, where (8) and (9) print Phat in the sensitivity.
 struct UncertainLoop {
   CoprimeFactors plant;
   CoprimeFactors controller;
@@ -60,9 +61,10 @@ struct UncertaintySignals {
 ///
 /// u, y (N,) from the start of the experiment, when all was at rest: cut windows from v and w, not from u and y.
 /// Throws Error as check() does, for sizes that differ, and when v is zero.
+/// Source: Crowder and de Callafon, equations (24)-(27).
 UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const Eigen::VectorXd& u, const Eigen::VectorXd& y);
 
-/// v = V Lambda^-1 Dc r: the same v from the reference.
+/// v = V Lambda^-1 Dc r: the same v from the reference, by (28).
 Eigen::VectorXd uncertainty_input(const UncertainLoop& loop, const Eigen::VectorXd& r);
 
 /// max_t |(C y + u - r)_t|: large when a saturation or another controller than C was at work.

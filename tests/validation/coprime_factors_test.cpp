@@ -11,10 +11,11 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Filters of order four over 500 samples of size one: rounding stays below 1e-12 in the reference computation as here.
+/// Each sample is rounded some ten times at 1e-16 of signals below 4, and the filters pass that on with an absolute sum
+/// of their impulse responses below 250 (1 / |1 - z| over the loop poles z = 0.951 exp(+-0.087 i)): below 1e-12.
 constexpr double kTolerance = 1e-12;
 
-TEST(CoprimeFactors, PublishedLoopGivesTheValuesOfAnotherProgram) {
+TEST(CoprimeFactors, PublishedLoopGivesTheValuesOfAnIndependentPrototype) {
   const CrowderLoop crowder;
   const VectorXd r = normal_reference(501);
   EXPECT_NEAR(r[0], -0.19258034021082279, kTolerance);
