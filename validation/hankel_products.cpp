@@ -1,6 +1,7 @@
 #include <blockid/validation/hankel_products.hpp>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <complex>
 #include <unsupported/Eigen/FFT>
 
@@ -75,7 +76,7 @@ VectorXd hankel_adjoint(const MatrixXd& m) {
 
 MatrixXd hankel_schur_complement(const MatrixXd& x1, const MatrixXd& w1, const MatrixXd& x2, const MatrixXd& w2) {
   const Index n = x1.rows();
-  const Index size = fast_size(2 * n - 1);
+  const Index size = fast_size(std::max<Index>(2 * n - 1, 2));  // Eigen's transform has no plan for one point
   Eigen::FFT<double> fft;
   const MatrixXcd product = transformed(fft, x1, x2, size).cwiseProduct(transformed(fft, w1, -w2, size));
   const MatrixXcd half = restored_columns(fft, product, n).transpose();

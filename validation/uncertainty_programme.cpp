@@ -25,6 +25,11 @@ constexpr double kStepFraction = 0.95;
 /// A noise bound below this times max|w| is zero.
 constexpr double kZeroNoise = 1e-9;
 constexpr int kLanczosSteps = 40;
+/// First alpha in units of max|w| / max|v| for which smallest_alpha() looks for an inner point.
+constexpr double kFirstAlpha = 4.0;
+/// Near the end, when this many iterations gain less than a tenth of the gap, rounding has the last word.
+constexpr int kPatience = 4;
+constexpr double kNearTheEnd = 1e-5;
 
 enum class Mode { alpha, gamma };
 
@@ -382,20 +387,25 @@ struct Run {
 
 Run run(InteriorPoint& method, const ProgrammeOptions& options, double target, double zero) {
   Run result;
+  double gap_before = kInfinity;
   for (;; ++result.iterations) {
     const double value = method.value();
+    const double gap = value - method.bound();
     if (value <= target || method.bound() > target) {
       if (target >= 0.0) {
         result.status = ProgrammeStatus::target_reached;
         return result;
       }
     }
-    if (value - method.bound() <= options.tolerance * value || value <= zero) {
+    if (gap <= options.tolerance * value || value <= zero) {
       result.status = ProgrammeStatus::converged;
       return result;
     }
     if (result.iterations == options.max_iterations) return result;
-    if (!method.iterate()) {
+    const bool judged = result.iterations % kPatience == 0;
+    const bool no_gain = judged && gap < kNearTheEnd * value && gap > 0.9 * gap_before;
+    if (judged) gap_before = gap;
+    if (no_gain || !method.iterate()) {
       result.status = ProgrammeStatus::stalled;
       return result;
     }
@@ -512,7 +522,7 @@ ProgrammeSolution smallest_alpha(const UncertaintyProgramme& programme, double g
   const Scaled data = scaled(programme);
   const double noise = gamma / data.w;
   int before = 0;
-  for (double alpha = std::min(1.0, options.alpha_cap / data.gain());; alpha *= 2.0) {
+  for (double alpha = std::min(kFirstAlpha, options.alpha_cap / data.gain());; alpha *= 4.0) {
     const bool last = alpha * data.gain() >= options.alpha_cap;
     if (last) alpha = options.alpha_cap / data.gain();
     // Well inside, so that the second problem has room; at the cap, what there is.
