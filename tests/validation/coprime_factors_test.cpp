@@ -12,7 +12,7 @@ namespace {
 using Eigen::VectorXd;
 
 /// Each sample is rounded some ten times at 1e-16 of signals below 4, and the filters pass that on with an absolute sum
-/// of their impulse responses below 250 (1 / |1 - z| over the loop poles z = 0.951 exp(+-0.087 i)): below 1e-12.
+/// of their impulse responses, which the test of the tolerance sums, below 250: below 1e-12.
 constexpr double kTolerance = 1e-12;
 
 TEST(CoprimeFactors, PublishedLoopGivesTheValuesOfAnIndependentPrototype) {
@@ -35,6 +35,18 @@ TEST(CoprimeFactors, PublishedLoopGivesTheValuesOfAnIndependentPrototype) {
   const UncertaintySignals trivial = uncertainty_signals(crowder.trivial(), record.u, record.y);
   EXPECT_NEAR(trivial.w.cwiseAbs().maxCoeff(), 0.143137813080956, kTolerance);
   EXPECT_NEAR(trivial.w[199], 0.04455400228454101, kTolerance);
+}
+
+// An error made in u or y passes the filters from u and y to v and w.
+TEST(CoprimeFactors, RoundingIsPassedOnLessThan250Times) {
+  const UncertainLoop loop = CrowderLoop{}.ok();
+  const VectorXd zero = VectorXd::Zero(501);
+  const VectorXd impulse = VectorXd::Unit(501, 0);
+  for (const UncertaintySignals& response :
+       {uncertainty_signals(loop, impulse, zero), uncertainty_signals(loop, zero, impulse)}) {
+    EXPECT_LT(response.v.cwiseAbs().sum(), 250.0);
+    EXPECT_LT(response.w.cwiseAbs().sum(), 250.0);
+  }
 }
 
 TEST(CoprimeFactors, ReferenceGivesTheSameInput) {

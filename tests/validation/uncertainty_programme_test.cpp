@@ -216,13 +216,6 @@ TEST(UncertaintyProgramme, SchurComplementIsTheSumOfTraces) {
 
 // The matrix inequality as printed, with an initial response that nothing couples to Delta: rho = w makes it zero. In
 // ours the response to the past is part of A h.
-TEST(UncertaintyProgramme, FreeInitialResponseWouldExplainEverything) {
-  const UncertaintySignals signals = crowder_signals(CrowderLoop{}.ok());
-  const VectorXd w = signals.w.segment(99, 50);
-  EXPECT_EQ(noise_free_bound(signals.v.segment(99, 50), w - w), 0.0);
-  EXPECT_GT(smallest_alpha(uncertainty_programme(window_of(signals, 100, 50, 50)), 1e-3 * size_of("ok")).value, 0.5);
-}
-
 TEST(UncertaintyProgramme, MistakesAreNamed) {
   const VectorXd one = VectorXd::Ones(1);
   const double nan = std::numeric_limits<double>::quiet_NaN();
