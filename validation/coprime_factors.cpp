@@ -116,6 +116,16 @@ void check(const UncertainLoop& loop) {
   }
 }
 
+Index uncertainty_memory(const UncertainLoop& loop, double remainder) {
+  check(loop);
+  if (!(remainder > 0.0 && remainder < 1.0)) {
+    fail("uncertainty memory: expected a remainder between 0 and 1, got ", remainder);
+  }
+  const double radius =
+      std::max(spectral_radius(characteristic_polynomial(loop)), spectral_radius(loop.weight.numerator));
+  return radius == 0.0 ? 0 : static_cast<Index>(std::ceil(std::log(remainder) / std::log(radius)));
+}
+
 UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const VectorXd& u, const VectorXd& y) {
   check(loop);
   check_sizes(u.size(), y.size(), "output");

@@ -51,6 +51,12 @@ Eigen::VectorXd characteristic_polynomial(const UncertainLoop& loop);
 /// phase.
 void check(const UncertainLoop& loop);
 
+/// The least k with rho^k <= remainder, where rho is the largest modulus among the poles of the model's loop and the
+/// zeros of the weight: after k samples the response of Delta = V^-1 Dc^-1 (1 + P C)^-1 (P - Phat) Dhat has decayed to
+/// about that part of itself, as long as the true loop is about as fast as the model's. 0 when there is nothing to
+/// decay. Throws Error as check() does, and unless 0 < remainder < 1.
+Eigen::Index uncertainty_memory(const UncertainLoop& loop, double remainder = 0.01);
+
 /// w = Delta v + delta, where delta is what the disturbance leaves: zero without one.
 struct UncertaintySignals {
   Eigen::VectorXd v;

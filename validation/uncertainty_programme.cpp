@@ -461,6 +461,24 @@ void check_window(const UncertaintyWindow& window) {
 
 }  // namespace
 
+UncertaintyWindow cut_window(const VectorXd& v, const VectorXd& w, Index first, Index count, Index past,
+                             const VectorXd& shape) {
+  if (v.size() != w.size()) fail("uncertainty window: expected v and w of one size, got ", v.size(), " and ", w.size());
+  if (shape.size() != 0 && shape.size() != w.size()) {
+    fail("uncertainty window: expected a noise shape of ", w.size(), " samples, or none, got ", shape.size());
+  }
+  if (past < 0 || past > first || count < 1 || count > w.size() - first) {
+    fail("uncertainty window: expected ", count, " samples from ", first, " with ", past,
+         " before them in a record of ", w.size());
+  }
+  UncertaintyWindow window;
+  window.v = v.segment(first - past, past + count);
+  window.w = w.segment(first, count);
+  if (shape.size() != 0) window.shape = shape.segment(first, count);
+  window.from_rest = past == first;
+  return window;
+}
+
 UncertaintyProgramme uncertainty_programme(std::span<const UncertaintyWindow> windows) {
   Index rows = 0;
   Index n = 0;

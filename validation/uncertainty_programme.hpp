@@ -12,7 +12,14 @@ struct UncertaintyWindow {
   Eigen::VectorXd v;      ///< (L + N,) with the L samples before the window; v is taken as zero before them
   Eigen::VectorXd w;      ///< (N,) NaN where it is missing
   Eigen::VectorXd shape;  ///< (N,) above zero: |delta_t| <= gamma shape_t; empty for ones
+  bool from_rest = true;  ///< false when v was not zero before its first sample, but is not recorded
 };
+
+/// Samples first..first + count - 1 (from zero) of w with `past` samples of v before them, from signals that start at
+/// rest; shape (N,) of the whole record or empty. from_rest holds when the past reaches the start of the record.
+/// Throws Error when the window or its past leaves the record.
+UncertaintyWindow cut_window(const Eigen::VectorXd& v, const Eigen::VectorXd& w, Eigen::Index first, Eigen::Index count,
+                             Eigen::Index past, const Eigen::VectorXd& shape = {});
 
 /// |w - A h| <= gamma, all rows divided by their shape; (A h)_t = sum_k h_k v_{t-k}.
 struct UncertaintyProgramme {

@@ -1,0 +1,175 @@
+#include <blockid/validation/verdict.hpp>
+
+#include <blockid/data/error.hpp>
+#include <blockid/validation/hankel_products.hpp>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace blockid {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// v and w are results of filters, exact to some 1e-12 of their size; the programme resolves 1e-9.
+constexpr double kSmallestNoise = 1e-7;
+/// Rounding of the sums that confirm a verdict: some thousand products of relative error 1e-16, with room.
+constexpr double kRounding = 1e-11;
+/// An input below this part of its largest sample is no input.
+constexpr double kSilence = 1e-12;
+
+template <class... Parts>
+std::string words(const Parts&... parts) {
+  std::ostringstream text;
+  text.precision(4);
+  (text << ... << parts);
+  return text.str();
+}
+
+void check_options(std::span<const UncertaintyWindow> windows, double noise_bound, const VerdictOptions& options) {
+  if (!(noise_bound >= 0.0) || !std::isfinite(noise_bound)) {
+    fail("verdict: expected a finite noise bound of at least 0, got ", noise_bound);
+  }
+  if (!(options.absurd_alpha > 1.0)) fail("verdict: expected an absurd alpha above 1, got ", options.absurd_alpha);
+  if (options.memory < 0) fail("verdict: expected a memory of at least 0 samples, got ", options.memory);
+  const bool all_from_rest =
+      std::all_of(windows.begin(), windows.end(), [](const UncertaintyWindow& w) { return w.from_rest; });
+  if (!all_from_rest && options.memory == 0) {
+    fail("verdict: a window that does not start at rest needs the memory of the uncertainty");
+  }
+}
+
+/// The shortest past among the windows whose v goes on before it; -1 when there is none.
+Index shortest_past(std::span<const UncertaintyWindow> windows) {
+  Index shortest = -1;
+  for (const UncertaintyWindow& window : windows) {
+    const Index past = window.v.size() - window.w.size();
+    if (!window.from_rest && (shortest < 0 || past < shortest)) shortest = past;
+  }
+  return shortest;
+}
+
+/// The first row whose inputs are all silent and whose output is more than noise; -1 when there is none.
+Index output_before_input(const UncertaintyProgramme& programme, double gamma) {
+  const double silence = kSilence * programme.a.cwiseAbs().maxCoeff();
+  for (Index t = 0; t < programme.w.size(); ++t) {
+    if (std::abs(programme.w[t]) > gamma && programme.a.row(t).cwiseAbs().maxCoeff() <= silence) return t;
+  }
+  return -1;
+}
+
+/// |T_h| <= 1 up to rounding.
+bool has_gain_of_one(const VectorXd& h) {
+  const MatrixXd k = hankel(h);
+  const MatrixXd bound = (1.0 + kRounding) * MatrixXd::Identity(h.size(), h.size());
+  return Eigen::LLT<MatrixXd>(bound + k).info() == Eigen::Success &&
+         Eigen::LLT<MatrixXd>(bound - k).info() == Eigen::Success;
+}
+
+/// The sides of the comparison, from h and the certificate alone.
+void confirm(const UncertaintyProgramme& programme, const ProgrammeSolution& solution, UncertaintyVerdict& result) {
+  const double rounding = kRounding * programme.w.cwiseAbs().maxCoeff();
+  result.h = solution.h;
+  result.certificate = solution.certificate;
+  result.iterations = solution.iterations;
+  result.noise_needed = (programme.w - programme.a * result.h).cwiseAbs().maxCoeff();
+  result.noise_proven = certified_gamma(programme, 1.0, result.certificate);
+  result.alpha_proven = certified_alpha(programme, result.noise_bound, result.certificate);
+  if (result.noise_proven > result.noise_bound + rounding) {
+    result.verdict = Verdict::invalidated;
+  } else if (result.noise_needed <= result.noise_bound + rounding && has_gain_of_one(result.h)) {
+    result.verdict = Verdict::not_invalidated;
+  }
+}
+
+void note(UncertaintyVerdict& result, VerdictWarning warning, std::string text) {
+  result.notes.push_back({warning, std::move(text)});
+}
+
+/// What makes an "invalidated" doubtful.
+void doubt(const UncertaintyProgramme& programme, std::span<const UncertaintyWindow> windows,
+           const VerdictOptions& options, UncertaintyVerdict& result) {
+  if (const Index t = output_before_input(programme, result.noise_bound); t >= 0) {
+    note(result, VerdictWarning::output_before_input,
+         words("Sample ", t, " of w is ", programme.w[t],
+               " before v has moved: no uncertainty of any size explains that, the noise bound or the signals are "
+               "wrong."));
+  } else if (smallest_gamma(programme, options.absurd_alpha, options.programme, result.noise_bound).lower_bound >
+             result.noise_bound) {
+    note(result, VerdictWarning::noise_bound_too_small,
+         words("An uncertainty of ", options.absurd_alpha,
+               " does not explain the record either: suspect the noise bound, the controller or the state at the start "
+               "before the model."));
+  }
+  const Index past = shortest_past(windows);
+  if (past >= 0 && past < options.memory) {
+    note(result, VerdictWarning::past_shorter_than_memory,
+         words("The past of ", past, " samples is shorter than the memory of the uncertainty, ", options.memory,
+               " samples: what came before may stand in w, so that nothing is proven."));
+    result.verdict = Verdict::undecided;
+  }
+}
+
+std::string evidence_of(const UncertaintyVerdict& result) {
+  switch (result.verdict) {
+    case Verdict::not_invalidated:
+      return words("An uncertainty of gain one or less leaves at most ", result.noise_needed,
+                   ", within the noise bound of ", result.noise_bound, ".");
+    case Verdict::invalidated:
+      return words("Every uncertainty of gain one or less leaves at least ", result.noise_proven,
+                   " somewhere, more than the noise bound of ", result.noise_bound, "; within it the gain is at least ",
+                   result.alpha_proven, ". Both are proven by multipliers, evaluated once more.");
+    case Verdict::undecided:
+      break;
+  }
+  return words("The least noise is between ", result.noise_proven, " and ", result.noise_needed,
+               ", and the noise bound of ", result.noise_bound, " is not settled by that.");
+}
+
+}  // namespace
+
+std::string to_text(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::not_invalidated:
+      return "not invalidated";
+    case Verdict::invalidated:
+      return "invalidated";
+    case Verdict::undecided:
+      break;
+  }
+  return "undecided";
+}
+
+bool UncertaintyVerdict::has(VerdictWarning warning) const {
+  return std::any_of(notes.begin(), notes.end(), [&](const VerdictNote& n) { return n.warning == warning; });
+}
+
+UncertaintyVerdict judge_uncertainty(std::span<const UncertaintyWindow> windows, double noise_bound,
+                                     const VerdictOptions& options) {
+  const UncertaintyProgramme programme = uncertainty_programme(windows);
+  check_options(windows, noise_bound, options);
+  if (programme.a.isZero(0.0)) fail("verdict: the signal v is zero, nothing excites the loop");
+  UncertaintyVerdict result;
+  const double least = kSmallestNoise * programme.w.cwiseAbs().maxCoeff();
+  result.noise_bound = std::max(noise_bound, least);
+  if (noise_bound < least) {
+    note(result, VerdictWarning::noise_bound_raised,
+         words("The noise bound of ", noise_bound, " was raised to ", least, ", which leaves room for rounding."));
+  }
+  const double target = options.to_the_end ? -1.0 : result.noise_bound;
+  confirm(programme, smallest_gamma(programme, 1.0, options.programme, target), result);
+  if (result.verdict == Verdict::invalidated) doubt(programme, windows, options, result);
+  result.evidence = evidence_of(result);
+  return result;
+}
+
+UncertaintyVerdict judge_uncertainty(const UncertaintyWindow& window, double noise_bound,
+                                     const VerdictOptions& options) {
+  return judge_uncertainty(std::span<const UncertaintyWindow>(&window, 1), noise_bound, options);
+}
+
+}  // namespace blockid
