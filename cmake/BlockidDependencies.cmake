@@ -11,6 +11,9 @@ find_package(Ceres 2.1 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(FastFloat REQUIRED)
 
+# Optional, a second solver of the closed-loop programme and the oracle of its tests.
+find_package(CSDP QUIET)
+
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio>=1.5)
 

@@ -126,17 +126,23 @@ Index uncertainty_memory(const UncertainLoop& loop, double remainder) {
   return radius == 0.0 ? 0 : static_cast<Index>(std::ceil(std::log(remainder) / std::log(radius)));
 }
 
-UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const VectorXd& u, const VectorXd& y) {
+VectorXd uncertainty_output(const UncertainLoop& loop, const VectorXd& u, const VectorXd& y) {
   check(loop);
   check_sizes(u.size(), y.size(), "output");
   const VectorXd chi = characteristic_polynomial(loop);
-  // The stable denominators of the controller cancel in v, those of the plant in w.
+  // The stable denominator of the plant cancels.
+  return filter({product(loop.controller.stable, loop.plant.denominator), chi}, y) -
+         filter({product(loop.controller.stable, loop.plant.numerator), chi}, u);
+}
+
+UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const VectorXd& u, const VectorXd& y) {
+  UncertaintySignals signals;
+  signals.w = uncertainty_output(loop, u, y);
+  const VectorXd chi = characteristic_polynomial(loop);
+  // The stable denominator of the controller cancels.
   const VectorXd before = filter({product(loop.plant.stable, loop.controller.denominator), chi}, u) +
                           filter({product(loop.plant.stable, loop.controller.numerator), chi}, y);
-  UncertaintySignals signals;
   signals.v = filter(loop.weight, before);
-  signals.w = filter({product(loop.controller.stable, loop.plant.denominator), chi}, y) -
-              filter({product(loop.controller.stable, loop.plant.numerator), chi}, u);
   if (signals.v.size() == 0 || signals.v.isZero(0.0))
     fail("uncertainty: the signal v is zero, nothing excites the loop");
   return signals;

@@ -70,6 +70,9 @@ struct UncertaintySignals {
 /// Source: Crowder and de Callafon, equations (24)-(27).
 UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const Eigen::VectorXd& u, const Eigen::VectorXd& y);
 
+/// w of uncertainty_signals() alone, without a condition on v: delta, when there is no reference.
+Eigen::VectorXd uncertainty_output(const UncertainLoop& loop, const Eigen::VectorXd& u, const Eigen::VectorXd& y);
+
 /// v = V Lambda^-1 Dc r: the same v from the reference, by (28).
 Eigen::VectorXd uncertainty_input(const UncertainLoop& loop, const Eigen::VectorXd& r);
 

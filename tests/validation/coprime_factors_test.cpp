@@ -1,7 +1,7 @@
 // Coprime factors and the signals of the uncertainty: values of an independent computation, identities, errors.
 #include "crowder_loop.hpp"
 
-#include <blockid/data/error.hpp>
+#include "data/message.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -78,16 +78,6 @@ TEST(CoprimeFactors, IntegratorGetsAStableDenominator) {
   EXPECT_DOUBLE_EQ(factors.stable[0], 1.0);
   EXPECT_NEAR(factors.stable[1], -0.9, 1e-15);
   EXPECT_EQ(coprime_factors(crowder.model, 0.9).stable, crowder.model.denominator);
-}
-
-template <class Call>
-std::string message_of(const Call& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(CoprimeFactors, MistakesAreNamed) {

@@ -1,6 +1,8 @@
 // Verdicts of three values: both sides on published records, warnings, evidence, errors.
 #include "closed_loop_noise.hpp"
 
+#include "data/message.hpp"
+
 #include <blockid/data/error.hpp>
 #include <blockid/validation/noise_free_bound.hpp>
 #include <blockid/validation/verdict.hpp>
@@ -173,16 +175,6 @@ TEST(Verdict, WindowsAreCutWithTheirPast) {
   EXPECT_THROW(cut_window(v, w, 4, 0, 0), Error);
   EXPECT_THROW(cut_window(v, w.head(9), 4, 3, 0), Error);
   EXPECT_THROW(cut_window(v, w, 4, 3, 0, VectorXd::Ones(3)), Error);
-}
-
-template <class Call>
-std::string message_of(const Call& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(Verdict, MistakesAreNamed) {
