@@ -97,7 +97,7 @@ struct BlaCommand {
 struct CtCommand {
   DataOptions data;
   RangeOptions ranges;
-  std::int64_t warmup = 0;
+  ScoringOptions scoring;
   std::string method = "tustin";
   /// NB,NA
   std::vector<int> orders;
@@ -106,7 +106,50 @@ struct CtCommand {
   int delay = 0;
   /// Longest delay of a search; 0: none.
   int max_delay = 0;
-  std::string json;
+  OutputOptions outputs;
+  bool quiet = false;
+};
+
+/// Columns or variables of a table that holds a frequency response; see ResponseSpec.
+struct ResponseColumns {
+  /// Empty when the data are a time record.
+  std::string frequency;
+  /// hz or rad/s
+  std::string frequency_unit = "hz";
+  std::optional<std::string> response;
+  std::optional<std::string> real;
+  std::optional<std::string> imaginary;
+  std::optional<std::string> magnitude;
+  std::optional<std::string> magnitude_db;
+  std::optional<std::string> phase;
+  /// deg or rad
+  std::string phase_unit = "deg";
+  std::optional<std::string> deviation;
+};
+
+struct FrfCommand {
+  /// `input` is empty when the data are a table.
+  DataOptions data;
+  ResponseColumns columns;
+  RangeOptions ranges;
+  std::int64_t transient_periods = 0;
+  /// LO:HI in rad/s; empty: all tones.
+  std::string band;
+  /// NB,NA
+  std::vector<int> orders;
+  std::string basis = "flbf";
+  std::string method = "ml";
+  /// Empty: deviation where the data have some that count, otherwise relative.
+  std::string weighting;
+  /// LO:HI[:COUNT] in rad/s; empty: the band of the data.
+  std::string break_points;
+  /// Of the other bases: a frequency, and for kautz a damping ratio; empty: from the band.
+  std::vector<double> point;
+  bool no_relocate = false;
+  int max_iterations = 50;
+  /// How the input runs between samples: of a time record, and of the model file.
+  std::string hold = "band_limited";
+  OutputOptions outputs;
   bool quiet = false;
 };
 

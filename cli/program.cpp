@@ -27,20 +27,22 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<T>
   return app.add_option(name, values, help)->allow_extra_args(false);
 }
 
-enum class Output { required, optional };
+/// Which signals a command needs.
+enum class Signals { input_and_output, input, none };
 
-void add_data_options(CLI::App& app, DataOptions& data, Output output, const std::string& sampling_default) {
+void add_data_options(CLI::App& app, DataOptions& data, Signals signals, const std::string& sampling_default) {
   const std::string group = "Data";
   app.add_option("DATA", data.file, "data file: CSV (or columns separated by ; tab or blanks) or MAT v4, v5, v7, v7.3")
       ->required();
-  app.add_option("--input", data.input,
-                 "input signal: CSV column name or 1-based number; MAT variable, struct.field, name[k]")
-      ->type_name("NAME")
-      ->required()
-      ->group(group);
+  CLI::Option* const input_option =
+      app.add_option("--input", data.input,
+                     "input signal: CSV column name or 1-based number; MAT variable, struct.field, name[k]")
+          ->type_name("NAME")
+          ->group(group);
   CLI::Option* const output_option =
       app.add_option("--output", data.output, "output signal, named likewise")->type_name("NAME")->group(group);
-  if (output == Output::required) output_option->required();
+  if (signals != Signals::none) input_option->required();
+  if (signals == Signals::input_and_output) output_option->required();
   app.add_option("--rate", data.rate_hz, "sampling frequency in Hz" + sampling_default)->type_name("HZ")->group(group);
   app.add_option("--sample-time", data.sample_time_s, "sample time in seconds" + sampling_default)
       ->type_name("S")
@@ -112,7 +114,7 @@ const std::vector<std::string> kSimulationStates = {"zero", "estimated", "period
 void add_fit(CLI::App& program, FitCommand& command) {
   CLI::App& app = *program.add_subcommand("fit", "identify a model from measured data");
   app.footer(kExitCodesText);
-  add_data_options(app, command.data, Output::required, "");
+  add_data_options(app, command.data, Signals::input_and_output, "");
   add_ranges(app, command.ranges);
   add_scoring(app, command.scoring, kStates);
   const std::string group = "Model and fit";
@@ -173,7 +175,7 @@ void add_simulate(CLI::App& program, SimulateCommand& command) {
   CLI::App& app = *program.add_subcommand("simulate", "run a model on measured input");
   app.footer(kExitCodesText);
   app.add_option("MODEL", command.model, "model file (JSON) as written by fit")->required();
-  add_data_options(app, command.data, Output::optional, " (default: the model's)");
+  add_data_options(app, command.data, Signals::input, " (default: the model's)");
   app.add_option("--range", command.range, "samples to simulate, zero-based, half-open (default: all)")
       ->type_name("A:B")
       ->group("Data");
@@ -187,7 +189,7 @@ void add_simulate(CLI::App& program, SimulateCommand& command) {
 void add_bla(CLI::App& program, BlaCommand& command) {
   CLI::App& app = *program.add_subcommand("bla", "best linear approximation: order table, poles, zeros, Bode picture");
   app.footer(kExitCodesText);
-  add_data_options(app, command.data, Output::required, "");
+  add_data_options(app, command.data, Signals::input_and_output, "");
   add_ranges(app, command.ranges);
   add_scoring(app, command.scoring, kStates);
   app.add_option("--transient-periods", command.transient_periods,
@@ -226,12 +228,9 @@ void add_bla(CLI::App& program, BlaCommand& command) {
 void add_ct(CLI::App& program, CtCommand& command) {
   CLI::App& app = *program.add_subcommand("ct", "continuous-time linear model from sampled data");
   app.footer(kExitCodesText);
-  add_data_options(app, command.data, Output::required, "");
+  add_data_options(app, command.data, Signals::input_and_output, "");
   add_ranges(app, command.ranges);
-  app.add_option("--warmup", command.warmup, "samples at the start of each record that are not scored (default: 0)")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber)
-      ->group("Scoring");
+  add_scoring(app, command.scoring, kStates);
   const std::string group = "Model and fit";
   app.add_option("--method", command.method,
                  "goodwin: trends by the delta operator, tustin: by the bilinear one (default: tustin)")
@@ -260,7 +259,113 @@ void add_ct(CLI::App& program, CtCommand& command) {
       ->check(CLI::PositiveNumber)
       ->excludes(delay)
       ->group(group);
-  add_file(app, "--json", command.json, "all figures of the result as JSON");
+  add_file(app, "-o,--save", command.outputs.model, "model file (JSON) that simulates samples");
+  add_file(app, "--json", command.outputs.json, "all figures of the result as JSON");
+  add_file(app, "--report", command.outputs.report, "self-contained HTML report; its pictures need gnuplot");
+  add_quiet(app, command.quiet)->group("Results");
+}
+
+void add_response_columns(CLI::App& app, ResponseColumns& columns) {
+  const std::string group = "Table of a frequency response (columns named as signals are)";
+  CLI::Option* const frequency =
+      app.add_option("--frequency", columns.frequency, "frequencies, rising; makes DATA a table")
+          ->type_name("NAME")
+          ->group(group);
+  const auto add = [&](const char* option, std::optional<std::string>& value, const std::string& help) {
+    app.add_option(option, value, help)->type_name("NAME")->needs(frequency)->group(group);
+  };
+  const auto add_unit = [&](const char* option, std::string& value, const std::vector<std::string>& units) {
+    app.add_option(option, value, units[0] + " or " + units[1] + " (default: " + units[0] + ")")
+        ->type_name("UNIT")
+        ->check(CLI::IsMember(units))
+        ->needs(frequency)
+        ->group(group);
+  };
+  add_unit("--frequency-unit", columns.frequency_unit, {"hz", "rad/s"});
+  add("--response", columns.response, "complex variable of a MAT file");
+  add("--real", columns.real, "real part, with --imaginary");
+  add("--imaginary", columns.imaginary, "imaginary part");
+  add("--magnitude", columns.magnitude, "magnitude as a ratio, with --phase");
+  add("--magnitude-db", columns.magnitude_db, "magnitude in dB, with --phase");
+  add("--phase", columns.phase, "phase");
+  add_unit("--phase-unit", columns.phase_unit, {"deg", "rad"});
+  add("--deviation", columns.deviation, "standard deviation of the response as a ratio (default: unknown)");
+}
+
+void add_frequency_fit(CLI::App& app, FrfCommand& command) {
+  const std::string group = "Model and fit (all frequencies in rad/s)";
+  app.add_option("--orders", command.orders, "degrees of numerator and denominator, NB <= NA")
+      ->type_name("NB,NA")
+      ->delimiter(',')
+      ->expected(2)
+      ->required()
+      ->group(group);
+  app.add_option("--basis", command.basis,
+                 "functions in which both are expanded: flbf (frequency localising), monomial, chebyshev, laguerre, "
+                 "kautz (default: flbf)")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"flbf", "monomial", "chebyshev", "laguerre", "kautz"}))
+      ->group(group);
+  app.add_option("--method", command.method,
+                 "ls: equation error, sk: Sanathanan-Koerner, iv: refined instrumental variables, ml: least squares "
+                 "of the response (default: ml)")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"ls", "sk", "iv", "ml"}))
+      ->group(group);
+  app.add_option("--weighting", command.weighting,
+                 "relative: 1/|G|, none, deviation: 1/standard deviation (default: deviation with --deviation and for "
+                 "records that show it with two degrees of freedom or more, otherwise relative)")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"relative", "none", "deviation"}))
+      ->group(group);
+  app.add_option("--break-points", command.break_points,
+                 "flbf: break points with equal ratios from LO to HI; there are NA of them (default: over the band of "
+                 "the data)")
+      ->type_name("LO:HI[:COUNT]")
+      ->group(group);
+  app.add_flag("--no-relocate", command.no_relocate,
+               "flbf: keep the break points even where |A/E| drifts over decades (default: off)")
+      ->group(group);
+  app.add_option("--point", command.point,
+                 "other bases: frequency scale, pole, or frequency and damping ratio of kautz (default: geometric "
+                 "mean of the band; chebyshev its end; damping ratio 0.7)")
+      ->type_name("W[,ZETA]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->group(group);
+  app.add_option("--band", command.band, "only the tones from LO to HI (default: all)")
+      ->type_name("LO:HI")
+      ->group(group);
+  app.add_option("--max-iterations", command.max_iterations, "iterations of each method (default: 50)")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+  app.add_option("--hold", command.hold,
+                 "input between samples, of a record (zoh, foh, band_limited) and of the model file (default: "
+                 "band_limited)")
+      ->type_name("WORD")
+      ->group(group);
+}
+
+void add_frf(CLI::App& program, FrfCommand& command) {
+  CLI::App& app =
+      *program.add_subcommand("frf", "continuous-time linear model from a frequency response, given or measured");
+  app.footer(kExitCodesText);
+  add_data_options(app, command.data, Signals::none, ", of a record or for -o");
+  add_response_columns(app, command.columns);
+  add_repeated(app, "--train", command.ranges.train,
+               "of a record: samples to use, zero-based, half-open; repeatable, each a realisation (default: all)")
+      ->type_name("A:B")
+      ->group("Data");
+  app.add_option("--transient-periods", command.transient_periods,
+                 "of a record: periods at the start of each range that are left out; with --period (default: 0)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group("Data");
+  add_frequency_fit(app, command);
+  add_file(app, "-o,--save", command.outputs.model, "model file (JSON) that simulates samples; needs a sample time");
+  add_file(app, "--json", command.outputs.json, "all figures of the result as JSON");
+  add_file(app, "--report", command.outputs.report, "self-contained HTML report; its pictures need gnuplot");
   add_quiet(app, command.quiet)->group("Results");
 }
 
@@ -303,6 +408,7 @@ struct Commands {
   SimulateCommand simulate;
   BlaCommand bla;
   CtCommand ct;
+  FrfCommand frf;
   InfoCommand info;
   DemoCommand demo;
   ReproduceCommand reproduce;
@@ -325,6 +431,7 @@ int dispatch(const CLI::App& app, const Commands& commands) {
   if (name == "simulate") return run_simulate(commands.simulate);
   if (name == "bla") return run_bla(commands.bla);
   if (name == "ct") return run_ct(commands.ct);
+  if (name == "frf") return run_frf(commands.frf);
   if (name == "info") return run_info(commands.info);
   if (name == "demo") return run_demo(commands.demo);
   return run_reproduce(commands.reproduce);
@@ -340,6 +447,7 @@ int run(int argc, const char* const* argv) {
   add_simulate(app, commands.simulate);
   add_bla(app, commands.bla);
   add_ct(app, commands.ct);
+  add_frf(app, commands.frf);
   add_info(app, commands.info);
   add_demo(app, commands.demo);
   add_reproduce(app, commands.reproduce);

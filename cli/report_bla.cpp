@@ -90,7 +90,7 @@ std::string bla_report(const BlaOutcome& outcome) {
   add_figure(
       page,
       bode_figure("G", bode_band(leaf.block, leaf.parameters, outcome.covariance, frequencies, model.sample_time_s),
-                  points),
+                  {.response = points}),
       gnuplot);
   if (outcome.measured) {
     for (const std::string& text : verdict_texts(*outcome.measured)) page.paragraph(text);

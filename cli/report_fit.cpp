@@ -4,6 +4,7 @@
 #include <blockid/cli/report/figures.hpp>
 #include <blockid/cli/report/gnuplot.hpp>
 #include <blockid/cli/report/html.hpp>
+#include <blockid/cli/report_evaluation.hpp>
 #include <blockid/cli/text_table.hpp>
 
 #include <blockid/blocks/oversampled.hpp>
@@ -18,18 +19,6 @@ namespace {
 
 constexpr double kBodeDecades = 3.0;
 constexpr Index kBodePoints = 240;
-
-std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
-  return {name,
-          number(metrics.rmse),
-          number(metrics.nrmse),
-          number(metrics.fit_percent),
-          number(metrics.r2),
-          number(metrics.vaf),
-          number(metrics.mae),
-          std::to_string(metrics.samples),
-          std::to_string(metrics.warmup)};
-}
 
 void add_task(HtmlPage& page, const FitOutcome& outcome) {
   page.paragraph(outcome.source + ": " + outcome.input_name + " → " + outcome.output_name + ", sampled every " +
@@ -52,10 +41,7 @@ void add_task(HtmlPage& page, const FitOutcome& outcome) {
 
 void add_metrics(HtmlPage& page, const FitOutcome& outcome) {
   page.heading("How good the model is");
-  const std::string unit = outcome.output_unit.empty() ? "" : " [" + outcome.output_unit + "]";
-  std::vector<std::vector<std::string>> rows = {metrics_row("train", outcome.train.total)};
-  if (outcome.test) rows.push_back(metrics_row("test", outcome.test->total));
-  page.table({"data", "RMSE" + unit, "NRMSE", "fit %", "R²", "VAF %", "MAE" + unit, "samples", "warm-up"}, rows);
+  add_metrics_table(page, outcome.train, outcome.test, outcome.output_unit);
   if (outcome.test && outcome.prediction.initial_state == InitialState::estimated) {
     page.paragraph("The initial state of each test record was estimated from that record.");
   }
@@ -65,23 +51,6 @@ void add_metrics(HtmlPage& page, const FitOutcome& outcome) {
                    " (what the model leaves of the training data, " + std::to_string(free_count(outcome)) +
                    " free parameters taken into account).");
   }
-}
-
-/// The set and record that pictures of the error are drawn from: test data where there are any.
-struct Shown {
-  std::string set;
-  const ScoredRecord* scored;
-  Index begin;
-};
-
-Shown shown_record(const FitOutcome& outcome) {
-  const Evaluation& evaluation = outcome.test ? *outcome.test : outcome.train;
-  const std::vector<Range>& ranges = outcome.test ? outcome.test_ranges : outcome.train_ranges;
-  const auto longest =
-      std::max_element(evaluation.records.begin(), evaluation.records.end(),
-                       [](const ScoredRecord& a, const ScoredRecord& b) { return a.yhat.size() < b.yhat.size(); });
-  const auto place = static_cast<std::size_t>(longest - evaluation.records.begin());
-  return {outcome.test ? "test" : "training", &*longest, place < ranges.size() ? ranges[place].begin : 0};
 }
 
 Eigen::MatrixXd covariance_of(const FitOutcome& outcome, const LeafBlock& leaf) {
@@ -181,22 +150,11 @@ std::string fit_report(const FitOutcome& outcome) {
   add_task(page, outcome);
   if (!gnuplot) page.warning(kGnuplotMissing);
   add_metrics(page, outcome);
-  const Shown shown = shown_record(outcome);
-  if (shown.scored->yhat.allFinite()) {
-    page.heading("Simulation");
-    add_figure(page, zoom_figure(*shown.scored, shown.set, shown.begin), gnuplot);
-    add_figure(page, whole_figure(*shown.scored, shown.set, shown.begin), gnuplot);
-  } else {
-    page.warning("The simulation is not finite: no pictures of it.");
-  }
+  const Shown shown = shown_record(outcome.train, outcome.train_ranges, outcome.test, outcome.test_ranges);
+  add_simulation(page, shown, gnuplot);
   add_filters(page, outcome, gnuplot);
   add_static_blocks(page, outcome, gnuplot);
-  if (shown.scored->yhat.allFinite()) {
-    page.heading("Residuals");
-    add_figure(page, cross_correlation_figure(*shown.scored, shown.set), gnuplot);
-    add_figure(page, autocorrelation_figure(*shown.scored, shown.set), gnuplot);
-    add_figure(page, spectrum_figure(*shown.scored, shown.set), gnuplot);
-  }
+  add_residuals(page, shown, gnuplot);
   add_parameters(page, outcome);
   add_candidates(page, outcome, gnuplot);
   return page.text();

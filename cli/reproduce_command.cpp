@@ -5,6 +5,7 @@
 #include <blockid/cli/outputs.hpp>
 #include <blockid/cli/report/gnuplot.hpp>
 #include <blockid/cli/text_table.hpp>
+#include <blockid/cli/welsh2003.hpp>
 #include <blockid/data/error.hpp>
 
 #include <nlohmann/json.hpp>
@@ -36,7 +37,10 @@ const std::vector<Publication>& publications() {
        giordano2015},
       {"janiszowski1999-table1", "Janiszowski 1999, table 1: errors of discrete-time trends under disturbances",
        janiszowski1999_table1},
-      {"janiszowski1999-table2", "Janiszowski 1999, table 2: coefficients of five structures", janiszowski1999_table2}};
+      {"janiszowski1999-table2", "Janiszowski 1999, table 2: coefficients of five structures", janiszowski1999_table2},
+      {"welsh2003", "Welsh and Goodwin 2003, table 1: five bases over nine decades", welsh2003},
+      {"welsh2003-theorem1", "Welsh and Goodwin 2003, theorem 1: condition numbers without end of the band",
+       welsh2003_theorem1}};
   return kAll;
 }
 

@@ -4,8 +4,10 @@
 #include <matio.h>
 
 #include <algorithm>
+#include <complex>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "blockid/data/error.hpp"
@@ -144,35 +146,57 @@ void list(const std::string& name, const matvar_t& variable, std::vector<MatVari
 }
 
 template <class T>
-Eigen::MatrixXd converted(const matvar_t& variable) {
+Eigen::MatrixXd converted(const matvar_t& variable, const void* data) {
   using Source = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
-  return Eigen::Map<const Source>(static_cast<const T*>(variable.data), row_count(variable), column_count(variable))
+  return Eigen::Map<const Source>(static_cast<const T*>(data), row_count(variable), column_count(variable))
       .template cast<double>();
 }
 
-Eigen::MatrixXd to_matrix(const matvar_t& variable) {
+/// `data`: elements of the variable's class.
+Eigen::MatrixXd to_matrix(const matvar_t& variable, const void* data) {
   switch (variable.class_type) {
     case MAT_C_DOUBLE:
-      return converted<double>(variable);
+      return converted<double>(variable, data);
     case MAT_C_SINGLE:
-      return converted<float>(variable);
+      return converted<float>(variable, data);
     case MAT_C_INT8:
-      return converted<std::int8_t>(variable);
+      return converted<std::int8_t>(variable, data);
     case MAT_C_UINT8:
-      return converted<std::uint8_t>(variable);
+      return converted<std::uint8_t>(variable, data);
     case MAT_C_INT16:
-      return converted<std::int16_t>(variable);
+      return converted<std::int16_t>(variable, data);
     case MAT_C_UINT16:
-      return converted<std::uint16_t>(variable);
+      return converted<std::uint16_t>(variable, data);
     case MAT_C_INT32:
-      return converted<std::int32_t>(variable);
+      return converted<std::int32_t>(variable, data);
     case MAT_C_UINT32:
-      return converted<std::uint32_t>(variable);
+      return converted<std::uint32_t>(variable, data);
     case MAT_C_INT64:
-      return converted<std::int64_t>(variable);
+      return converted<std::int64_t>(variable, data);
     default:
-      return converted<std::uint64_t>(variable);
+      return converted<std::uint64_t>(variable, data);
   }
+}
+
+/// Column of a matrix that the last index of a name chooses; the whole of a vector.
+template <class Matrix>
+Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 1> chosen_column(const Matrix& values,
+                                                                        std::optional<std::size_t> index,
+                                                                        std::string_view name,
+                                                                        const std::string& source) {
+  const bool is_vector = values.rows() == 1 || values.cols() == 1;
+  const Eigen::Index columns = is_vector ? 1 : values.cols();
+  if (!is_vector && !index) {
+    fail(source, ": '", name, "' is ", values.rows(), " x ", values.cols(), ", expected a vector; add [k] for ",
+         "column k, 0 to ", columns - 1);
+  }
+  const std::size_t k = index.value_or(0);
+  if (k >= static_cast<std::size_t>(columns)) {
+    fail(source, ": '", name, "': column outside 0 to ", columns - 1, " of a ", values.rows(), " x ", values.cols(),
+         is_vector ? " vector" : " matrix");
+  }
+  if (is_vector) return values.reshaped();
+  return values.col(static_cast<Eigen::Index>(k));
 }
 
 }  // namespace
@@ -219,23 +243,42 @@ class MatFile::Impl {
   }
 
   [[nodiscard]] Eigen::MatrixXd numbers(const matvar_t& value, std::string_view name) const {
-    const std::string type = type_of(value);
-    if (!is_numeric_class(value) || value.isComplex != 0) {
-      fail(source_, ": '", name, "' holds ", type, " data, expected real numbers in a full matrix");
-    }
-    if (value.rank != 2) fail(source_, ": '", name, "' has ", value.rank, " dimensions, expected 2");
-    if (element_count(value) == 0) {
-      fail(source_, ": '", name, "' is empty (", row_count(value), " x ", column_count(value), ")");
-    }
-    if (value.data == nullptr || value.nbytes < element_count(value) * Mat_SizeOfClass(value.class_type)) {
-      fail(source_, ": '", name, "' cannot be read; the file is damaged");
-    }
-    return to_matrix(value);
+    check_full(value, name, "real numbers", value.isComplex == 0);
+    return to_matrix(value, value.data);
+  }
+
+  [[nodiscard]] Eigen::MatrixXcd complex_numbers(const matvar_t& value, std::string_view name) const {
+    check_full(value, name, "complex or real numbers", true);
+    if (value.isComplex == 0) return to_matrix(value, value.data).cast<std::complex<double>>();
+    const auto* const parts = static_cast<const mat_complex_split_t*>(value.data);
+    if (parts->Re == nullptr || parts->Im == nullptr) fail_damaged(name);
+    Eigen::MatrixXcd result(row_count(value), column_count(value));
+    result.real() = to_matrix(value, parts->Re);
+    result.imag() = to_matrix(value, parts->Im);
+    return result;
   }
 
   [[nodiscard]] const std::string& source() const { return source_; }
 
  private:
+  [[noreturn]] void fail_damaged(std::string_view name) const {
+    fail(source_, ": '", name, "' cannot be read; the file is damaged");
+  }
+
+  /// `expected` names what `fits` says about the class.
+  void check_full(const matvar_t& value, std::string_view name, const char* expected, bool fits) const {
+    if (!is_numeric_class(value) || !fits) {
+      fail(source_, ": '", name, "' holds ", type_of(value), " data, expected ", expected, " in a full matrix");
+    }
+    if (value.rank != 2) fail(source_, ": '", name, "' has ", value.rank, " dimensions, expected 2");
+    if (element_count(value) == 0) {
+      fail(source_, ": '", name, "' is empty (", row_count(value), " x ", column_count(value), ")");
+    }
+    const bool complex = value.isComplex != 0;
+    const std::size_t bytes = element_count(value) * Mat_SizeOfClass(value.class_type);
+    if (value.data == nullptr || (!complex && value.nbytes < bytes)) fail_damaged(name);
+  }
+
   /// Fields of one struct are mostly asked for in a row, so the last variable read is kept.
   const matvar_t& top(const std::string& variable_name, std::string_view name) {
     if (!last_ || last_->name == nullptr || variable_name != last_->name) {
@@ -244,7 +287,7 @@ class MatFile::Impl {
       if (!info) fail_unknown(name);
       verify_once();
       last_.reset(Mat_VarRead(file_.get(), variable_name.c_str()));
-      if (!last_) fail(source_, ": '", name, "' cannot be read; the file is damaged");
+      if (!last_) fail_damaged(name);
     }
     return *last_;
   }
@@ -315,20 +358,13 @@ Eigen::MatrixXd MatFile::matrix(std::string_view name) const {
 Eigen::VectorXd MatFile::vector(std::string_view name) const {
   const LibraryGuard guard;
   const std::vector<NamePart> path = mat::parse_name(name, impl_->source());
-  const Eigen::MatrixXd values = impl_->numbers(impl_->find(path, name), name);
-  const bool is_vector = values.rows() == 1 || values.cols() == 1;
-  const Eigen::Index columns = is_vector ? 1 : values.cols();
-  if (!is_vector && !path.back().index) {
-    fail(impl_->source(), ": '", name, "' is ", values.rows(), " x ", values.cols(),
-         ", expected a vector; add [k] for ", "column k, 0 to ", columns - 1);
-  }
-  const std::size_t k = path.back().index.value_or(0);
-  if (k >= static_cast<std::size_t>(columns)) {
-    fail(impl_->source(), ": '", name, "': column outside 0 to ", columns - 1, " of a ", values.rows(), " x ",
-         values.cols(), is_vector ? " vector" : " matrix");
-  }
-  if (is_vector) return values.reshaped();
-  return values.col(static_cast<Eigen::Index>(k));
+  return chosen_column(impl_->numbers(impl_->find(path, name), name), path.back().index, name, impl_->source());
+}
+
+Eigen::VectorXcd MatFile::complex_vector(std::string_view name) const {
+  const LibraryGuard guard;
+  const std::vector<NamePart> path = mat::parse_name(name, impl_->source());
+  return chosen_column(impl_->complex_numbers(impl_->find(path, name), name), path.back().index, name, impl_->source());
 }
 
 double MatFile::scalar(std::string_view name) const {

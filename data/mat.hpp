@@ -48,6 +48,10 @@ class MatFile {
   /// @throws Error as matrix does; for a matrix without [k] or with k outside it.
   [[nodiscard]] Eigen::VectorXd vector(std::string_view name) const;
 
+  /// The same of complex numbers; real ones have imaginary parts of zero.
+  /// @throws Error as vector does, but for complex data.
+  [[nodiscard]] Eigen::VectorXcd complex_vector(std::string_view name) const;
+
   /// A single number.
   /// @throws Error as matrix does; for anything but one number.
   [[nodiscard]] double scalar(std::string_view name) const;

@@ -1,6 +1,7 @@
 #include <blockid/problems/welsh_goodwin.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/problems/gaussian.hpp>
 
 #include <cmath>
 #include <complex>
@@ -70,6 +71,20 @@ ResonantProblem resonant_decades(Eigen::Index decades) {
   const auto last = static_cast<double>(decades);
   return measured(alternating(powers_of_ten(0.5, last - 0.5, decades)), powers_of_ten(0.125, last - 0.125, 4 * decades),
                   powers_of_ten(0.25, last - 0.25, 2 * decades));
+}
+
+FrequencyResponse with_relative_noise(const FrequencyResponse& g, double deviation, std::uint64_t seed) {
+  check(g);
+  if (!(deviation >= 0.0) || !std::isfinite(deviation)) fail("noise: expected a deviation >= 0, got ", deviation);
+  FrequencyResponse result = g;
+  result.standard_deviation = deviation * g.response.cwiseAbs();
+  Gaussian gaussian(seed);
+  for (Complex& value : result.response) {
+    const double re = gaussian();
+    const double im = gaussian();
+    value *= 1.0 + deviation / std::sqrt(2.0) * Complex(re, im);
+  }
+  return result;
 }
 
 LocalisingDesign welsh_goodwin_theorem1(double gamma, Eigen::Index filters) {

@@ -4,6 +4,7 @@
 #include <blockid/data/frequency_response.hpp>
 
 #include <Eigen/Core>
+#include <cstdint>
 
 namespace blockid::problems {
 
@@ -36,6 +37,9 @@ ResonantProblem welsh_goodwin(Eigen::Index tones = 36);
 /// Modes alike, one in each of `decades` decades from 1 rad/s on, two break points a decade beside each mode, four
 /// tones a decade: the same at every mode, however many there are.
 ResonantProblem resonant_decades(Eigen::Index decades);
+
+/// g_k (1 + e_k), e_k independent, circular and Gaussian with E |e_k|^2 = deviation^2; its standard_deviation says so.
+FrequencyResponse with_relative_noise(const FrequencyResponse& g, double deviation, std::uint64_t seed);
 
 /// Assumptions A.2 and A.3 of theorem 1: p_k = gamma^(k-1), a tone in the middle of the pass band of each filter,
 /// omega_k = sqrt(p_(k-1) p_k) with p_0 = p_1 / gamma.

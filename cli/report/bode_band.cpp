@@ -76,13 +76,11 @@ VectorXd logarithmic_frequencies(double sample_time_s, double decades, Index cou
   return exponent.unaryExpr([&](double e) { return nyquist * std::pow(10.0, e); });
 }
 
-BodeBand bode_band(const AnyBlock& block, const VectorXd& parameters, const MatrixXd& covariance,
-                   const VectorXd& frequency_hz, double sample_time_s) {
-  const VectorXd omega = 2.0 * std::numbers::pi * sample_time_s * frequency_hz;
+BodeBand bode_band(const ResponseFunction& response, const VectorXd& parameters, const MatrixXd& covariance,
+                   const VectorXd& frequency_hz) {
   FrequencyResponse g;
   g.omega_rad_s = 2.0 * std::numbers::pi * frequency_hz;
-  g.response = responses(block, parameters, omega);
-  g.sample_time_s = sample_time_s;
+  g.response = response(parameters);
   BodeBand band;
   band.frequency_hz = frequency_hz;
   band.magnitude_db = magnitude_db(g);
@@ -90,12 +88,18 @@ BodeBand bode_band(const AnyBlock& block, const VectorXd& parameters, const Matr
   band.magnitude_deviation_db = VectorXd::Zero(frequency_hz.size());
   band.phase_deviation_deg = VectorXd::Zero(frequency_hz.size());
   if (covariance.size() == 0) return band;
-  const auto function = [&](const VectorXd& theta) { return responses(block, theta, omega); };
-  const MatrixXcd gradient = derivatives<MatrixXcd>(parameters, root_of(covariance), omega.size(), function);
+  const MatrixXcd gradient = derivatives<MatrixXcd>(parameters, root_of(covariance), frequency_hz.size(), response);
   const MatrixXcd relative = g.response.cwiseInverse().asDiagonal() * gradient;
   band.magnitude_deviation_db = kDecibels * lengths_of_rows(relative.real());
   band.phase_deviation_deg = kDegrees * lengths_of_rows(relative.imag());
   return band;
+}
+
+BodeBand bode_band(const AnyBlock& block, const VectorXd& parameters, const MatrixXd& covariance,
+                   const VectorXd& frequency_hz, double sample_time_s) {
+  const VectorXd omega = 2.0 * std::numbers::pi * sample_time_s * frequency_hz;
+  const auto function = [&](const VectorXd& theta) { return responses(block, theta, omega); };
+  return bode_band(function, parameters, covariance, frequency_hz);
 }
 
 CurveBand curve_band(const AnyBlock& block, const VectorXd& parameters, const MatrixXd& covariance, const VectorXd& u) {

@@ -4,6 +4,7 @@
 #include <blockid/blocks/any_block.hpp>
 
 #include <Eigen/Core>
+#include <functional>
 
 namespace blockid::cli {
 
@@ -16,6 +17,13 @@ struct BodeBand {
   Eigen::VectorXd magnitude_deviation_db;  ///< (F,) zero when the covariance is unknown
   Eigen::VectorXd phase_deviation_deg;     ///< (F,) likewise
 };
+
+/// G (F,) of parameters theta (n_theta,) at fixed frequencies.
+using ResponseFunction = std::function<Eigen::VectorXcd(const Eigen::VectorXd& theta)>;
+
+/// Of any response: `response` belongs to the frequencies in frequency_hz (F,).
+BodeBand bode_band(const ResponseFunction& response, const Eigen::VectorXd& parameters,
+                   const Eigen::MatrixXd& covariance, const Eigen::VectorXd& frequency_hz);
 
 /// covariance: (n_theta, n_theta) of the block's parameters, or empty when unknown. frequency_hz: (F,) in
 /// (0, 1 / (2 sample_time_s)]. Throws Error when the block has no frequency response.

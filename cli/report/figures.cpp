@@ -12,7 +12,9 @@
 #include <cmath>
 #include <complex>
 #include <iostream>
+#include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace blockid::cli {
@@ -119,6 +121,39 @@ VectorXd decibels(const VectorXd& density) {
 
 Index lags_for(const ScoredRecord& scored) { return std::clamp<Index>(scored.yhat.size() / 4, 1, kLags); }
 
+/// Moduli of roots that differ by more are drawn logarithmically.
+constexpr double kLinearSpan = 100.0;
+
+/// Where a root of the s plane is drawn: as it is, or at its angle with the radius 1 + log10(modulus / least).
+std::complex<double> place_in_map(std::complex<double> root, double least, bool logarithmic) {
+  if (!logarithmic || root == 0.0) return root;
+  return std::polar(1.0 + std::log10(std::abs(root) / least), std::arg(root));
+}
+
+/// Least and largest modulus of the roots that are not zero; ones when there are none.
+std::pair<double, double> moduli(const LinearRoots& roots) {
+  double least = std::numeric_limits<double>::infinity();
+  double largest = 0.0;
+  for (const auto* list : {&roots.zeros, &roots.poles}) {
+    for (const std::complex<double>& root : *list) {
+      if (root == 0.0) continue;
+      least = std::min(least, std::abs(root));
+      largest = std::max(largest, std::abs(root));
+    }
+  }
+  return largest > 0.0 ? std::pair{least, largest} : std::pair{1.0, 1.0};
+}
+
+Points placed(const std::vector<std::complex<double>>& roots, double least, bool logarithmic) {
+  Points points{VectorXd(std::ssize(roots)), VectorXd(std::ssize(roots)), {}};
+  for (Index k = 0; k < std::ssize(roots); ++k) {
+    const std::complex<double> place = place_in_map(roots[static_cast<std::size_t>(k)], least, logarithmic);
+    points.real[k] = place.real();
+    points.imaginary[k] = place.imag();
+  }
+  return points;
+}
+
 /// What the roots of one kind that went to one filter add to a picture.
 struct SharesLayer {
   Points points;
@@ -199,14 +234,15 @@ Figure whole_figure(const ScoredRecord& scored, const std::string& set, Index be
   return figure;
 }
 
-Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand& measured) {
+Figure bode_figure(const std::string& name, const BodeBand& band, const MeasuredPoints& measured) {
   const auto limits = [](const VectorXd& centre, const VectorXd& deviation) {
     return std::pair<VectorXd, VectorXd>{centre - 2.0 * deviation, centre + 2.0 * deviation};
   };
   const auto [low_db, high_db] = limits(band.magnitude_db, band.magnitude_deviation_db);
   const auto [low_deg, high_deg] = limits(band.phase_deg, band.phase_deviation_deg);
   const bool has_band = band.magnitude_deviation_db.maxCoeff() > 0.0;
-  const bool has_points = measured.frequency_hz.size() > 0;
+  const BodeBand& points = measured.response;
+  const bool has_points = points.frequency_hz.size() > 0;
   Figure figure{.id = "bode-" + name,
                 .title = "Bode picture of " + name,
                 .caption = has_band
@@ -217,13 +253,10 @@ Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand
                                : "No band: the covariance of the parameters is not known.",
                 .script = {},
                 .height = 460};
-  if (has_points)
-    figure.caption +=
-        " Points: averaged cross spectrum over input spectrum, no model involved, where the coherence is above 0.7.";
+  if (has_points) figure.caption += " " + measured.caption;
   std::string script = kFigureStyles + data_block("d", {band.frequency_hz, band.magnitude_db, low_db, high_db,
                                                         band.phase_deg, low_deg, high_deg});
-  if (has_points)
-    script += data_block("m", {measured.frequency_hz, measured.magnitude_db, phase_beside(measured, band)});
+  if (has_points) script += data_block("m", {points.frequency_hz, points.magnitude_db, phase_beside(points, band)});
   const auto panel = [&](int column) {
     const std::string c = std::to_string(column);
     const std::string low = std::to_string(column + 1);
@@ -231,8 +264,8 @@ Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand
     std::string plot = "plot ";
     if (has_band) plot += "$d using 1:" + low + ":" + high + " with filledcurves " + kBandColour + " title '2 sigma', ";
     if (has_points) {
-      plot += "$m using 1:" + std::to_string(column == 2 ? 2 : 3) +
-              " with points pt 7 ps 0.25 lc rgb '#9ca3af' title 'averaged spectra', ";
+      plot += "$m using 1:" + std::to_string(column == 2 ? 2 : 3) + " with points pt 7 ps " + number(measured.size, 3) +
+              " lc rgb '#9ca3af' title " + quoted(measured.label) + ", ";
     }
     return plot + "$d using 1:" + c + " with lines ls 2 title 'model'\n";
   };
@@ -260,6 +293,37 @@ Figure pole_zero_figure(const std::string& name, const LinearRoots& roots) {
   script += z_plane(map_reach(zeros, poles));
   if (poles.real.size() > 0) script += ", $p using 1:2 with points pt 2 ps 1.1 lw 2 lc rgb '#2563eb' title 'poles'";
   if (zeros.real.size() > 0) script += ", $z using 1:2 with points pt 6 ps 1.1 lw 2 lc rgb '#dc2626' title 'zeros'";
+  figure.script = script + "\n";
+  return figure;
+}
+
+Figure s_plane_figure(const std::string& name, const LinearRoots& roots) {
+  const auto [least, largest] = moduli(roots);
+  const bool logarithmic = largest > kLinearSpan * least;
+  const Points zeros = placed(roots.zeros, least, logarithmic);
+  const Points poles = placed(roots.poles, least, logarithmic);
+  Figure figure{.id = "pole-zero-" + name,
+                .title = "Poles and zeros of " + name,
+                .caption = logarithmic
+                               ? "In the s plane, each root at its angle; the distance from the origin is one at a "
+                                 "modulus of " +
+                                     number(least, 4) + " rad/s and grows by one a decade."
+                               : "In the s plane, rad/s.",
+                .script = {},
+                .width = 480,
+                .height = 440};
+  const std::string limit = number(1.1 * (logarithmic ? 1.0 + std::log10(largest / least) : largest), 6);
+  std::string script = kFigureStyles;
+  if (zeros.real.size() > 0) script += data_block("z", {zeros.real, zeros.imaginary});
+  if (poles.real.size() > 0) script += data_block("p", {poles.real, poles.imaginary});
+  const std::string unit = logarithmic ? "" : " [rad/s]";
+  script += "set size ratio -1\nset lmargin 10\nset xrange [-" + limit + ":" + limit + "]\nset yrange [-" + limit +
+            ":" + limit + "]\nset xlabel 'real" + unit + "'\nset ylabel 'imaginary" + unit +
+            "' offset 1,0\nset xzeroaxis ls 4\nset yzeroaxis ls 4\nplot ";
+  const std::string poles_text = "$p using 1:2 with points pt 2 ps 1.1 lw 2 lc rgb '#2563eb' title 'poles'";
+  const std::string zeros_text = "$z using 1:2 with points pt 6 ps 1.1 lw 2 lc rgb '#dc2626' title 'zeros'";
+  if (poles.real.size() > 0) script += poles_text;
+  if (zeros.real.size() > 0) script += (poles.real.size() > 0 ? ", " : "") + zeros_text;
   figure.script = script + "\n";
   return figure;
 }

@@ -31,10 +31,25 @@ Figure zoom_figure(const ScoredRecord& scored, const std::string& set, Index beg
 /// The whole record as envelopes of measured output and error.
 Figure whole_figure(const ScoredRecord& scored, const std::string& set, Index begin);
 
-/// Magnitude and phase with 2-sigma bands; `measured` (may be empty) adds points of a measured response.
-Figure bode_figure(const std::string& name, const BodeBand& band, const BodeBand& measured);
+/// Points of a response that was measured without a model; none when `response` is empty.
+struct MeasuredPoints {
+  BodeBand response;
+  std::string label = "averaged spectra";
+  std::string caption =
+      "Points: averaged cross spectrum over input spectrum, no model involved, where the coherence is above 0.7.";
+  /// Of a point.
+  double size = 0.25;
+};
 
+/// Magnitude and phase with 2-sigma bands, and measured points.
+Figure bode_figure(const std::string& name, const BodeBand& band, const MeasuredPoints& measured);
+
+/// In the z plane.
 Figure pole_zero_figure(const std::string& name, const LinearRoots& roots);
+
+/// In the s plane. Roots that span more than two decades are drawn at their angle with a radius that grows with the
+/// logarithm of their modulus.
+Figure s_plane_figure(const std::string& name, const LinearRoots& roots);
 
 /// Where an initialiser placed the roots: each with its exponent, coloured by the filter that it went to.
 Figure root_shares_figure(const Candidate& candidate);

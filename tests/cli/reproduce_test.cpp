@@ -137,6 +137,34 @@ TEST(Reproduce, Janiszowski1999) {
   }
 }
 
+TEST(Reproduce, WelshAndGoodwin2003) {
+  const TempDir folder;
+  const ProgramRun run = run_program({"reproduce", "welsh2003", "-o", "pictures", "--json", "r.json"}, folder.path());
+  EXPECT_EQ(run.code, 0) << run.out << run.err;
+  const json result = json_file(folder / "r.json");
+  // Five lines of table 1 with three figures each, and ours.
+  int published = 0;
+  for (const json& row : result["rows"]) published += row["published"].is_number() ? 1 : 0;
+  EXPECT_EQ(published, 15);
+  EXPECT_GE(result["notes"].size(), 8U);
+  if (!blockid::cli::gnuplot_is_there()) return;
+  ASSERT_EQ(result["pictures"].size(), 2U);
+  for (const json& file : result["pictures"]) {
+    expect_well_formed(blockid::read_file(folder.path() / file.get<std::string>()));
+  }
+}
+
+TEST(Reproduce, WelshAndGoodwin2003Theorem1) {
+  const TempDir folder;
+  const ProgramRun run =
+      run_program({"reproduce", "welsh2003-theorem1", "-o", "pictures", "--json", "r.json"}, folder.path());
+  EXPECT_EQ(run.code, 0) << run.out << run.err;
+  const json result = json_file(folder / "r.json");
+  EXPECT_GE(result["rows"].size(), 15U);
+  EXPECT_GE(result["notes"].size(), 5U);
+  EXPECT_EQ(result["pictures"].size(), blockid::cli::gnuplot_is_there() ? 2U : 0U);
+}
+
 TEST(Reproduce, ListsAndRefusesUnknownNames) {
   const TempDir folder;
   const ProgramRun list = run_program({"reproduce", "--list"}, folder.path());

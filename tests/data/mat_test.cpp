@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <complex>
 #include <cstdint>
 #include <fstream>
 #include <limits>
@@ -120,7 +121,7 @@ class MatStructures : public ::testing::TestWithParam<mat_ft> {
     writer.add("i64", extremes<std::int64_t>());
     writer.add("u64", extremes<std::uint64_t>());
     writer.add("f32", extremes<float>());
-    writer.add_complex("z", {1.0, 2.0});
+    writer.add_complex("z", Eigen::VectorXcd::Constant(1, std::complex<double>(1.0, 2.0)));
     writer.add_text("text", "volt");
     writer.add_cell("c");
     writer.add_cube("cube");

@@ -4,7 +4,6 @@
 #include <matio.h>
 
 #include <Eigen/Core>
-#include <complex>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -28,11 +27,11 @@ class MatWriter {
     put(make(name.c_str(), values, flags));
   }
 
-  void add_complex(const std::string& name, std::complex<double> value) {
-    double re = value.real();
-    double im = value.imag();
-    mat_complex_split_t parts{&re, &im};
-    std::size_t dims[2] = {1, 1};
+  void add_complex(const std::string& name, const Eigen::VectorXcd& values) {
+    Eigen::VectorXd re = values.real();
+    Eigen::VectorXd im = values.imag();
+    mat_complex_split_t parts{re.data(), im.data()};
+    std::size_t dims[2] = {static_cast<std::size_t>(values.size()), 1};
     put(Variable(Mat_VarCreate(name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, &parts, MAT_F_COMPLEX)));
   }
 

@@ -233,14 +233,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod,
 
 constexpr double kNoise = 0.01;
 
-FrequencyResponse with_noise(FrequencyResponse g, std::uint64_t seed) {
-  problems::Gaussian gaussian(seed);
-  for (Complex& value : g.response) {
-    const double re = gaussian();
-    const double im = gaussian();
-    value *= 1.0 + kNoise / std::sqrt(2.0) * Complex(re, im);
-  }
-  return g;
+FrequencyResponse with_noise(const FrequencyResponse& g, std::uint64_t seed) {
+  return problems::with_relative_noise(g, kNoise, seed);
 }
 
 TEST(FrequencyFit, InstrumentalVariablesEndWhereMaximumLikelihoodDoes) {

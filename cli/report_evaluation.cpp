@@ -1,0 +1,62 @@
+#include <blockid/cli/report_evaluation.hpp>
+
+#include <blockid/cli/report/figures.hpp>
+#include <blockid/cli/text_table.hpp>
+
+#include <algorithm>
+
+namespace blockid::cli {
+namespace {
+
+std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
+  return {name,
+          number(metrics.rmse),
+          number(metrics.nrmse),
+          number(metrics.fit_percent),
+          number(metrics.r2),
+          number(metrics.vaf),
+          number(metrics.mae),
+          std::to_string(metrics.samples),
+          std::to_string(metrics.warmup)};
+}
+
+}  // namespace
+
+void add_metrics_table(HtmlPage& page, const Evaluation& train, const std::optional<Evaluation>& test,
+                       const std::string& output_unit) {
+  const std::string unit = output_unit.empty() ? "" : " [" + output_unit + "]";
+  std::vector<std::vector<std::string>> rows = {metrics_row("train", train.total)};
+  if (test) rows.push_back(metrics_row("test", test->total));
+  page.table({"data", "RMSE" + unit, "NRMSE", "fit %", "R²", "VAF %", "MAE" + unit, "samples", "warm-up"}, rows);
+}
+
+Shown shown_record(const Evaluation& train, const std::vector<Range>& train_ranges,
+                   const std::optional<Evaluation>& test, const std::vector<Range>& test_ranges) {
+  const Evaluation& evaluation = test ? *test : train;
+  const std::vector<Range>& ranges = test ? test_ranges : train_ranges;
+  const auto longest =
+      std::max_element(evaluation.records.begin(), evaluation.records.end(),
+                       [](const ScoredRecord& a, const ScoredRecord& b) { return a.yhat.size() < b.yhat.size(); });
+  const auto place = static_cast<std::size_t>(longest - evaluation.records.begin());
+  return {test ? "test" : "training", &*longest, place < ranges.size() ? ranges[place].begin : 0};
+}
+
+void add_simulation(HtmlPage& page, const Shown& shown, bool gnuplot) {
+  if (!shown.finite()) {
+    page.warning("The simulation is not finite: no pictures of it.");
+    return;
+  }
+  page.heading("Simulation");
+  add_figure(page, zoom_figure(*shown.scored, shown.set, shown.begin), gnuplot);
+  add_figure(page, whole_figure(*shown.scored, shown.set, shown.begin), gnuplot);
+}
+
+void add_residuals(HtmlPage& page, const Shown& shown, bool gnuplot) {
+  if (!shown.finite()) return;
+  page.heading("Residuals");
+  add_figure(page, cross_correlation_figure(*shown.scored, shown.set), gnuplot);
+  add_figure(page, autocorrelation_figure(*shown.scored, shown.set), gnuplot);
+  add_figure(page, spectrum_figure(*shown.scored, shown.set), gnuplot);
+}
+
+}  // namespace blockid::cli
