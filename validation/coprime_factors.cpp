@@ -171,4 +171,28 @@ ClosedLoopRecord simulate_closed_loop(const DiscreteTransferFunction& plant, con
           filter({product(plant.numerator, controller.denominator), chi}, r) + filter({open, chi}, d)};
 }
 
+UncertainRecord simulate_uncertain_loop(const UncertainLoop& loop, const DiscreteTransferFunction& uncertainty,
+                                        const VectorXd& r, const VectorXd& d) {
+  check(loop);
+  check_sizes(r.size(), d.size(), "disturbance");
+  check_transfer_function(uncertainty);
+  if (const double pole = spectral_radius(uncertainty.denominator); pole >= kStableRadius) {
+    fail("uncertainty: expected poles inside the unit circle, got one of modulus ", pole);
+  }
+  const VectorXd chi = characteristic_polynomial(loop);
+  const CoprimeFactors& p = loop.plant;
+  const CoprimeFactors& c = loop.controller;
+  const VectorXd spread = filter({product(p.stable, c.stable), chi}, d);
+  const VectorXd returned = filter({c.numerator, c.stable}, filter(loop.weight, filter(uncertainty, spread)));
+  UncertainRecord result;
+  result.delta = filter({product(p.denominator, c.stable), chi}, d) - returned;
+  result.signals.v = uncertainty_input(loop, r);
+  result.signals.w = filter(uncertainty, result.signals.v) + result.delta;
+  result.record.y =
+      filter({product(p.numerator, c.denominator), chi}, r) + filter({c.denominator, c.stable}, result.signals.w);
+  result.record.u =
+      filter({product(p.denominator, c.denominator), chi}, r) - filter({c.numerator, c.stable}, result.signals.w);
+  return result;
+}
+
 }  // namespace blockid

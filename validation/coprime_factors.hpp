@@ -88,4 +88,19 @@ struct ClosedLoopRecord {
 ClosedLoopRecord simulate_closed_loop(const DiscreteTransferFunction& plant, const DiscreteTransferFunction& controller,
                                       const Eigen::VectorXd& r, const Eigen::VectorXd& d);
 
+struct UncertainRecord {
+  ClosedLoopRecord record;
+  UncertaintySignals signals;
+  Eigen::VectorXd delta;  ///< what the disturbance leaves in w
+};
+
+/// The loop of the plant that `uncertainty` makes of the model, from rest, by filters of the model's loop alone:
+/// v = V Lambda^-1 Dc r, w = Delta v + delta, delta = (Dhat - Nc V Delta) Lambda^-1 d,
+/// y = Lambda^-1 Nhat Dc r + Dc w, u = Lambda^-1 Dhat Dc r - Nc w.
+///
+/// r, d (N,) for studies of what a test can see. The plant itself, multiplied out, loses several digits.
+/// Throws Error as check() does, for sizes that differ, and when Delta has a pole on or outside the unit circle.
+UncertainRecord simulate_uncertain_loop(const UncertainLoop& loop, const DiscreteTransferFunction& uncertainty,
+                                        const Eigen::VectorXd& r, const Eigen::VectorXd& d);
+
 }  // namespace blockid

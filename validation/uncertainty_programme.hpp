@@ -2,6 +2,8 @@
 // parameters of Delta, solved by an interior-point method with certified bounds.
 #pragma once
 
+#include <blockid/validation/interior_point.hpp>
+
 #include <Eigen/Core>
 #include <span>
 
@@ -49,20 +51,6 @@ double certified_alpha(const UncertaintyProgramme& programme, double gamma, cons
 
 /// gamma >= (lambda'w - (tr X_1 + tr X_2 + |z - A'lambda|_1) alpha) / |lambda|_1. Throws Error as certified_alpha().
 double certified_gamma(const UncertaintyProgramme& programme, double alpha, const DualCertificate& certificate);
-
-enum class ProgrammeStatus {
-  converged,       ///< the gap is below the tolerance
-  target_reached,  ///< the value or the lower bound passed the target
-  stalled,         ///< rounding ended the iteration: the certified gap is what it is
-  max_iterations,
-  cap_exceeded,  ///< no alpha up to the cap explains the data; lower_bound proves it
-};
-
-struct ProgrammeOptions {
-  double tolerance = 1e-7;  ///< relative gap of value and lower bound
-  int max_iterations = 100;
-  double alpha_cap = 1024.0;  ///< where smallest_alpha() gives up
-};
 
 struct ProgrammeSolution {
   ProgrammeStatus status = ProgrammeStatus::max_iterations;

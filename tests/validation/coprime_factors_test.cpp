@@ -71,6 +71,30 @@ TEST(CoprimeFactors, TrueUncertaintyMapsInputToOutput) {
   EXPECT_LT((filter(delta, filter(inverse, signals.v)) - signals.w).cwiseAbs().maxCoeff(), kTolerance);
 }
 
+// The plant (Nhat + Dc V Delta) (Dhat - Nc V Delta)^-1 for V = 0.3 and Delta = 0.8 q^-1, multiplied out by hand:
+// with Dhat = 1, Nhat = b q / (1 - p q), Dc = (1 - q) / (1 - p q), Nc = (c1 + c0 q) / (1 - p q), g = 0.24,
+// P = [b q + g q (1 - q)] / [(1 - p q) - g q (c1 + c0 q)].
+TEST(CoprimeFactors, UncertainLoopIsTheLoopOfItsPlant) {
+  const CrowderLoop crowder;
+  UncertainLoop loop = crowder.ok();
+  loop.weight = {polynomial({0.3}), polynomial({1.0})};
+  const double g = 0.24;
+  const VectorXd& c = crowder.controller.numerator;
+  const DiscreteTransferFunction plant{polynomial({0.0, crowder.b + g, -g}),
+                                       polynomial({1.0, -crowder.p - g * c[0], -g * c[1]})};
+  const VectorXd r = normal_reference(300);
+  const VectorXd d = 0.1 * normal_reference(300, 2);
+  const UncertainRecord uncertain = simulate_uncertain_loop(loop, {polynomial({0.0, 0.8}), polynomial({1.0})}, r, d);
+  const ClosedLoopRecord direct = simulate_closed_loop(plant, crowder.controller, r, d);
+  EXPECT_LT((uncertain.record.u - direct.u).cwiseAbs().maxCoeff(), kTolerance);
+  EXPECT_LT((uncertain.record.y - direct.y).cwiseAbs().maxCoeff(), kTolerance);
+  const UncertaintySignals signals = uncertainty_signals(loop, direct.u, direct.y);
+  EXPECT_LT((uncertain.signals.v - signals.v).cwiseAbs().maxCoeff(), kTolerance);
+  EXPECT_LT((uncertain.signals.w - signals.w).cwiseAbs().maxCoeff(), kTolerance);
+  const VectorXd quiet = simulate_closed_loop(plant, crowder.controller, r, 0.0 * d).y;
+  EXPECT_GT((quiet - direct.y).cwiseAbs().maxCoeff(), 0.01);
+}
+
 TEST(CoprimeFactors, IntegratorGetsAStableDenominator) {
   const CrowderLoop crowder;
   const CoprimeFactors factors = coprime_factors(crowder.controller, 0.9);
@@ -98,6 +122,10 @@ TEST(CoprimeFactors, MistakesAreNamed) {
   EXPECT_THAT(message_of([&] { uncertainty_signals(crowder.ok(), zero, zero); }), HasSubstr("v is zero"));
   EXPECT_THAT(message_of([&] { uncertainty_signals(crowder.ok(), zero, VectorXd::Zero(9)); }),
               HasSubstr("10 samples, got 9"));
+  EXPECT_THAT(message_of([&] {
+                simulate_uncertain_loop(crowder.ok(), {polynomial({1.0}), polynomial({1.0, -1.0})}, zero, zero);
+              }),
+              HasSubstr("poles inside the unit circle"));
   EXPECT_THAT(message_of([&] { coprime_factors(crowder.controller, 1.0); }),
               HasSubstr("inside the unit circle, got 1"));
   EXPECT_THAT(message_of([&] { filter({polynomial({1.0}), polynomial({0.0, 1.0})}, zero); }), HasSubstr("not zero"));
