@@ -56,13 +56,16 @@ Model with_knots_moved(const Model& model, const AnyBlock& chain, const DataSet&
   if (wanted == nullptr || affine_parameters(model.chain).empty()) return model;
   const std::vector<ChildParameters> current = top_level_blocks(model);
   const std::vector<Eigen::VectorXd> signals = simulate_signals(model, data.records.front().u);
+  // What an estimated state does within the warm-up is anybody's guess: no knots for that.
+  const Index skipped = options.initial_state == InitialState::estimated ? options.warmup : 0;
   std::vector<LabelledBlock> blocks;
   bool moved = false;
   for (std::size_t k = 0; k < current.size(); ++k) {
     AnyBlock block = current[k].block;
     const AnyBlock& unsettled = wanted->children()[k].block;
     if (static_block_of(unsettled) && unsettled.is_linear_in_parameters() && signals[k].allFinite()) {
-      const AnyBlock placed = unsettled.adapted_to({signals[k].data(), static_cast<std::size_t>(signals[k].size())});
+      const AnyBlock placed =
+          unsettled.adapted_to({signals[k].data() + skipped, static_cast<std::size_t>(signals[k].size() - skipped)});
       if (placed.parameter_count() == block.parameter_count() && placed.arguments() != block.arguments()) {
         block = placed;
         moved = true;

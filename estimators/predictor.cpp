@@ -2,6 +2,7 @@
 
 #include <blockid/blocks/detail/kernels.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/flush_denormals.hpp>
 
 #include <algorithm>
 #include <array>
@@ -119,6 +120,7 @@ std::vector<Index> Predictor::unknown_of_column(Index record) const {
 /// sink(first, y): outputs of the chain from time `first` on.
 template <class Sink>
 bool Predictor::run_values(const Eigen::VectorXd& p, Index record, Sink&& sink) const {
+  const detail::FlushDenormals no_subnormals;
   const Timeline timeline(data_->records[static_cast<std::size_t>(record)], options_, chain_.latency());
   const std::span<const double> theta = view(p).first(static_cast<std::size_t>(chain_.parameter_count()));
   Eigen::VectorXd x = start_state(p, record);
@@ -137,6 +139,7 @@ bool Predictor::run_values(const Eigen::VectorXd& p, Index record, Sink&& sink) 
 /// sink(timeline, first, y, tangents): a tile of outputs from time `first` on with their derivatives.
 template <class Sink>
 bool Predictor::run_tangents(const Eigen::VectorXd& p, Index record, Sink&& sink) const {
+  const detail::FlushDenormals no_subnormals;
   const Timeline timeline(data_->records[static_cast<std::size_t>(record)], options_, chain_.latency());
   const std::span<const double> theta = view(p).first(static_cast<std::size_t>(chain_.parameter_count()));
   const Index columns = chain_.own_columns(own());

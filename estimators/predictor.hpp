@@ -4,6 +4,7 @@
 #include <blockid/blocks/any_block.hpp>
 #include <blockid/data/data_set.hpp>
 #include <blockid/estimators/accumulators.hpp>
+#include <blockid/estimators/residual_function.hpp>
 
 #include <Eigen/Core>
 #include <vector>
@@ -30,7 +31,7 @@ struct PredictionOptions {
 ///
 /// The unknowns are p = [theta, x0 of record 1, x0 of record 2, ...]; the states are there only when estimated.
 /// Memory does not grow with the length of the records. The data set must outlive the predictor.
-class Predictor {
+class Predictor final : public ResidualFunction {
  public:
   /// Throws Error when the data set does not pass check(), when a record is no longer than the warm-up, or when a
   /// periodic state is asked of a record without a period.
@@ -44,21 +45,21 @@ class Predictor {
   /// n_theta.
   Index parameter_count() const { return chain_.parameter_count(); }
   /// P = n_theta, plus n_x for each record when the initial states are estimated.
-  Index unknown_count() const;
+  Index unknown_count() const override;
   /// N, all samples of all records; rows of residuals and Jacobian.
-  Index sample_count() const { return samples_; }
+  Index sample_count() const override { return samples_; }
   /// Samples with w_t > 0.
-  Index counted_samples() const { return counted_; }
+  Index counted_samples() const override { return counted_; }
 
   /// r: (N,). False when a prediction is not finite.
-  bool residuals(const Eigen::VectorXd& p, double* r) const;
+  bool residuals(const Eigen::VectorXd& p, double* r) const override;
   /// r'r; infinite when a prediction is not finite.
-  double sum_of_squares(const Eigen::VectorXd& p) const;
+  double sum_of_squares(const Eigen::VectorXd& p) const override;
   /// r: (N,) and J = dr/dp: (N, P) row-major. False when a prediction or a derivative is not finite.
-  bool jacobian(const Eigen::VectorXd& p, double* r, double* jacobian) const;
+  bool jacobian(const Eigen::VectorXd& p, double* r, double* jacobian) const override;
   /// Adds the rows [dr/dp, r] to `sums`, P + 1 columns wide. False, with `sums` as they were, when not finite.
-  bool accumulate(const Eigen::VectorXd& p, NormalEquations& sums) const;
-  bool accumulate(const Eigen::VectorXd& p, QrTriangle& sums) const;
+  bool accumulate(const Eigen::VectorXd& p, NormalEquations& sums) const override;
+  bool accumulate(const Eigen::VectorXd& p, QrTriangle& sums) const override;
 
   /// (batches, P): sum of r_t dr_t/dp over batches of `batch` samples in a row within each record. Throws nothing; rows
   /// are not finite when a prediction is not.

@@ -29,29 +29,29 @@ bool hand_over_cost(double sum_of_squares, double* residuals, Index count) {
 
 }  // namespace
 
-PredictorCost::PredictorCost(const Predictor& predictor, Handover handover)
-    : predictor_(predictor), handover_(handover) {
-  const Index unknowns = predictor.unknown_count();
+PredictorCost::PredictorCost(const ResidualFunction& function, Handover handover)
+    : function_(function), handover_(handover) {
+  const Index unknowns = function.unknown_count();
   mutable_parameter_block_sizes()->push_back(static_cast<int>(unknowns));
-  set_num_residuals(static_cast<int>(handover == Handover::full ? predictor.sample_count() : unknowns + 1));
+  set_num_residuals(static_cast<int>(handover == Handover::full ? function.sample_count() : unknowns + 1));
 }
 
 bool PredictorCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
-  const Index unknowns = predictor_.unknown_count();
+  const Index unknowns = function_.unknown_count();
   const Eigen::VectorXd p = Eigen::Map<const Eigen::VectorXd>(parameters[0], unknowns);
   double* jacobian = jacobians == nullptr ? nullptr : jacobians[0];
   if (handover_ == Handover::full) {
-    return jacobian == nullptr ? predictor_.residuals(p, residuals) : predictor_.jacobian(p, residuals, jacobian);
+    return jacobian == nullptr ? function_.residuals(p, residuals) : function_.jacobian(p, residuals, jacobian);
   }
-  if (jacobian == nullptr) return hand_over_cost(predictor_.sum_of_squares(p), residuals, unknowns + 1);
+  if (jacobian == nullptr) return hand_over_cost(function_.sum_of_squares(p), residuals, unknowns + 1);
   if (handover_ == Handover::triangle) {
     QrTriangle sums(unknowns + 1);
-    if (!predictor_.accumulate(p, sums)) return false;
+    if (!function_.accumulate(p, sums)) return false;
     hand_over(compress(sums), residuals, jacobian);
     return true;
   }
   NormalEquations sums(unknowns + 1);
-  if (!predictor_.accumulate(p, sums)) return false;
+  if (!function_.accumulate(p, sums)) return false;
   hand_over(compress(sums.gram()), residuals, jacobian);
   return true;
 }
@@ -63,10 +63,10 @@ struct EliminatedCost::Solved {
   LinearSolution affine;
 };
 
-EliminatedCost::EliminatedCost(const Predictor& predictor, std::vector<Index> eliminated, Eigen::VectorXd start)
-    : predictor_(predictor),
+EliminatedCost::EliminatedCost(const ResidualFunction& function, std::vector<Index> eliminated, Eigen::VectorXd start)
+    : function_(function),
       eliminated_(std::move(eliminated)),
-      remaining_(detail::complement(eliminated_, predictor.unknown_count())),
+      remaining_(detail::complement(eliminated_, function.unknown_count())),
       last_(std::move(start)) {
   mutable_parameter_block_sizes()->push_back(static_cast<int>(remaining_.size()));
   set_num_residuals(static_cast<int>(remaining_.size()) + 1);
@@ -76,8 +76,8 @@ EliminatedCost::EliminatedCost(const Predictor& predictor, std::vector<Index> el
 bool EliminatedCost::solve(const Eigen::VectorXd& q, Solved& solved) const {
   solved.p = last_;
   solved.p(remaining_) = q;
-  NormalEquations sums(predictor_.unknown_count() + 1);
-  if (!predictor_.accumulate(solved.p, sums)) return false;
+  NormalEquations sums(function_.unknown_count() + 1);
+  if (!function_.accumulate(solved.p, sums)) return false;
   solved.gram = sums.gram();
   solved.affine = solve_least_squares(detail::gram_of(solved.gram, eliminated_));
   return true;
@@ -88,7 +88,7 @@ double EliminatedCost::reduced_cost(const Solved& solved) const {
   const double cost = solved.affine.residual_sum_of_squares;
   const double before = solved.gram(solved.gram.rows() - 1, solved.gram.cols() - 1);
   // A small difference of large numbers is rounding, at unstable filters nothing else: it must not pass for a good fit.
-  return cost > kCancellation * before ? cost : predictor_.sum_of_squares(last_);
+  return cost > kCancellation * before ? cost : function_.sum_of_squares(last_);
 }
 
 bool EliminatedCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
@@ -107,7 +107,7 @@ bool EliminatedCost::Evaluate(double const* const* parameters, double* residuals
   }
   // Projection off dr/dc: G_rr - G_rc G_cc^+ G_cr over the remaining unknowns and the residual.
   std::vector<Index> kept = remaining_;
-  kept.push_back(predictor_.unknown_count());
+  kept.push_back(function_.unknown_count());
   const Eigen::MatrixXd coupling = solved.gram(eliminated_, kept);
   const PseudoInverse inverse = scaled_pseudo_inverse(solved.gram(eliminated_, eliminated_));
   const Eigen::MatrixXd reduced = solved.gram(kept, kept) - coupling.transpose() * inverse.matrix * coupling;

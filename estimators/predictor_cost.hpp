@@ -1,7 +1,7 @@
-// The bridge to Ceres: residuals of a predictor as cost functions.
+// The bridge to Ceres: residuals as cost functions.
 #pragma once
 
-#include <blockid/estimators/predictor.hpp>
+#include <blockid/estimators/residual_function.hpp>
 
 #include <ceres/cost_function.h>
 
@@ -17,18 +17,18 @@ enum class Handover {
   triangle     ///< P + 1 residuals from a QR triangle; O(P^2) memory, condition number not squared
 };
 
-/// r(p) of a predictor as one parameter block of P = unknown_count() numbers.
+/// r(p) of a residual function as one parameter block of P = unknown_count() numbers.
 ///
-/// Evaluate() returns false for a prediction that is not finite, so that Levenberg-Marquardt rejects the step.
+/// Evaluate() returns false for residuals that are not finite, so that Levenberg-Marquardt rejects the step.
 /// Without a Jacobian the compressed residuals are [sqrt(r'r), 0, ..., 0].
 class PredictorCost final : public ceres::CostFunction {
  public:
-  PredictorCost(const Predictor& predictor, Handover handover);
+  PredictorCost(const ResidualFunction& function, Handover handover);
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
-  const Predictor& predictor_;
+  const ResidualFunction& function_;
   Handover handover_;
 };
 
@@ -39,8 +39,8 @@ class PredictorCost final : public ceres::CostFunction {
 /// Source: Golub and Pereyra 1973; Kaufman 1975.
 class EliminatedCost final : public ceres::CostFunction {
  public:
-  /// eliminated: ascending indices into the unknowns of the predictor, in which it is affine. start: (P,) all unknowns.
-  EliminatedCost(const Predictor& predictor, std::vector<Index> eliminated, Eigen::VectorXd start);
+  /// eliminated: ascending indices into the unknowns, in which the residuals are affine. start: (P,) all unknowns.
+  EliminatedCost(const ResidualFunction& function, std::vector<Index> eliminated, Eigen::VectorXd start);
 
   const std::vector<Index>& remaining() const { return remaining_; }
 
@@ -54,7 +54,7 @@ class EliminatedCost final : public ceres::CostFunction {
   bool solve(const Eigen::VectorXd& q, Solved& solved) const;
   double reduced_cost(const Solved& solved) const;
 
-  const Predictor& predictor_;
+  const ResidualFunction& function_;
   std::vector<Index> eliminated_;
   std::vector<Index> remaining_;
   // Ceres asks for the Jacobian where it has just asked for the cost: c* is kept for that.

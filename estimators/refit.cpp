@@ -3,18 +3,16 @@
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/free_unknowns.hpp>
 #include <blockid/estimators/detail/gram_parts.hpp>
+#include <blockid/estimators/detail/levenberg_marquardt.hpp>
+#include <blockid/estimators/detail/local_covariance.hpp>
+#include <blockid/estimators/detail/state_damping.hpp>
 #include <blockid/estimators/detail/unknowns.hpp>
 #include <blockid/estimators/predictor_cost.hpp>
 #include <blockid/estimators/static_parameters.hpp>
 
 #include <ceres/cost_function.h>
-#include <ceres/iteration_callback.h>
-#include <ceres/manifold.h>
-#include <ceres/problem.h>
-#include <ceres/solver.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -23,58 +21,8 @@
 namespace blockid {
 namespace {
 
-/// Numbers of a Jacobian up to which Ceres gets all rows, for a QR factorisation that does not square its condition
-/// number; above it, compressed rows are several times faster (bench/refit_bench).
-constexpr Index kFullFormLimit = 20'000;
-/// Steps in a row that may lead to predictions that are not finite before the solver gives up.
-constexpr int kMaxInvalidSteps = 30;
-/// Condition number of the scaled Jacobian from which a minimum is called ill conditioned.
-constexpr double kIllConditioned = 1e10;
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-double rmse_of(double sum_of_squares, const Predictor& predictor) {
-  return std::sqrt(sum_of_squares / static_cast<double>(predictor.counted_samples()));
-}
-
-/// Hands Ceres's iterations to the caller's progress function.
-class ProgressBridge final : public ceres::IterationCallback {
- public:
-  ProgressBridge(const ProgressCallback& progress, const Predictor& predictor, Clock::time_point start)
-      : progress_(progress), predictor_(predictor), start_(start) {}
-
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    const double rmse = rmse_of(2.0 * summary.cost, predictor_);
-    if (progress_({summary.iteration, rmse, seconds_since(start_)})) return ceres::SOLVER_CONTINUE;
-    cancelled_ = true;
-    return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
-  }
-
-  bool cancelled() const { return cancelled_; }
-
- private:
-  const ProgressCallback& progress_;
-  const Predictor& predictor_;
-  Clock::time_point start_;
-  bool cancelled_ = false;
-};
-
-Handover handover_for(ResidualForm form, const Predictor& predictor) {
-  switch (form) {
-    case ResidualForm::full:
-      return Handover::full;
-    case ResidualForm::compressed:
-      return Handover::compressed;
-    case ResidualForm::triangle:
-      return Handover::triangle;
-    case ResidualForm::automatic:
-      break;
-  }
-  const bool few_rows = predictor.sample_count() * predictor.unknown_count() <= kFullFormLimit;
-  return few_rows ? Handover::full : Handover::compressed;
-}
+using detail::rmse_of;
+using detail::seconds_since;
 
 ParameterBounds bounds_of(const Model& model, const RefitOptions& options) {
   ParameterBounds bounds = options.bounds ? *options.bounds : model.chain.bounds();
@@ -136,16 +84,6 @@ std::vector<int> constant_positions(const std::vector<Index>& shown, const std::
   return positions;
 }
 
-void set_bounds(ceres::Problem& problem, double* q, const std::vector<Index>& shown, const ParameterBounds& bounds) {
-  for (std::size_t k = 0; k < shown.size(); ++k) {
-    if (!is_bounded(bounds, shown[k])) continue;
-    const double lower = bounds.lower[shown[k]];
-    const double upper = bounds.upper[shown[k]];
-    if (std::isfinite(lower)) problem.SetParameterLowerBound(q, static_cast<int>(k), lower);
-    if (std::isfinite(upper)) problem.SetParameterUpperBound(q, static_cast<int>(k), upper);
-  }
-}
-
 /// Rows sqrt(N) weight (q_k - centre).
 class PenaltyCost final : public ceres::CostFunction {
  public:
@@ -196,101 +134,67 @@ std::unique_ptr<PenaltyCost> penalty_cost(const RefitOptions& options, const Mod
   return std::make_unique<PenaltyCost>(std::move(rows), std::ssize(shown));
 }
 
-ceres::Solver::Options solver_options(const RefitOptions& options, Handover handover, Index jacobian_size) {
-  ceres::Solver::Options result;
-  result.minimizer_type = ceres::TRUST_REGION;
-  result.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
-  const bool many_rows = handover == Handover::full && jacobian_size > kFullFormLimit;
-  result.linear_solver_type = many_rows ? ceres::DENSE_NORMAL_CHOLESKY : ceres::DENSE_QR;
-  result.max_num_iterations = options.max_iterations;
-  result.function_tolerance = options.function_tolerance;
-  result.parameter_tolerance = options.parameter_tolerance;
-  result.gradient_tolerance = 0.0;
-  result.max_num_consecutive_invalid_steps = kMaxInvalidSteps;
-  result.logging_type = ceres::SILENT;
-  result.minimizer_progress_to_stdout = false;
-  result.num_threads = 1;
-  return result;
-}
-
-FitStatus status_of(const ceres::Solver::Summary& summary, bool cancelled) {
-  if (cancelled) return FitStatus::cancelled;
-  switch (summary.termination_type) {
-    case ceres::CONVERGENCE:
-      return FitStatus::converged;
-    case ceres::NO_CONVERGENCE:
-      return FitStatus::max_iterations;
-    default:
-      return FitStatus::diverged;
-  }
-}
-
-/// Ceres's search over the shown unknowns q; the cost function belongs to the caller.
-struct Search {
-  Eigen::VectorXd q;
-  FitStatus status = FitStatus::diverged;
-  std::string message;
-  int iterations = 0;
-};
-
-Search search(ceres::CostFunction& cost, ceres::CostFunction* penalty, Eigen::VectorXd q,
-              const std::vector<int>& constant, const std::vector<Index>& shown, const ParameterBounds& bounds,
-              const RefitOptions& options, Handover handover, const Predictor& predictor, Clock::time_point start) {
-  Search result;
-  if (static_cast<Index>(constant.size()) == q.size()) {
-    return {std::move(q), FitStatus::converged, "no free parameter remains to be searched", 0};
-  }
-  ceres::Problem::Options ownership;
-  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(ownership);
-  problem.AddParameterBlock(q.data(), static_cast<int>(q.size()));
-  set_bounds(problem, q.data(), shown, bounds);
-  if (!constant.empty()) {
-    problem.SetManifold(q.data(), new ceres::SubsetManifold(static_cast<int>(q.size()), constant));
-  }
-  problem.AddResidualBlock(&cost, nullptr, q.data());
-  if (penalty != nullptr) problem.AddResidualBlock(penalty, nullptr, q.data());
-  ceres::Solver::Options settings =
-      solver_options(options, handover, predictor.sample_count() * predictor.unknown_count());
-  ProgressBridge bridge(options.progress, predictor, start);
-  if (options.progress) settings.callbacks.push_back(&bridge);
-  ceres::Solver::Summary summary;
-  ceres::Solve(settings, &problem, &summary);
-  result.q = std::move(q);
-  result.status = status_of(summary, bridge.cancelled());
-  result.message = summary.message;
-  result.iterations =
-      static_cast<int>(summary.iterations.size()) > 0 ? static_cast<int>(summary.iterations.size()) - 1 : 0;
-  return result;
-}
-
 std::vector<Index> all_unknowns(Index count) {
   std::vector<Index> all(static_cast<std::size_t>(count));
   for (Index k = 0; k < count; ++k) all[static_cast<std::size_t>(k)] = k;
   return all;
 }
 
-Search search_jointly(const Model& model, const Predictor& predictor, const Eigen::VectorXd& p,
-                      const std::vector<Index>& fixed, const ParameterBounds& bounds, const RefitOptions& options,
-                      Clock::time_point start) {
-  const Handover handover = handover_for(options.residual_form, predictor);
-  PredictorCost cost(predictor, handover);
-  const std::vector<Index> shown = all_unknowns(predictor.unknown_count());
-  const std::unique_ptr<PenaltyCost> penalty = penalty_cost(options, model, shown, predictor);
-  return search(cost, penalty.get(), p, constant_positions(shown, fixed), shown, bounds, options, handover, predictor,
-                start);
+/// The part of the unknowns in `shown` as Ceres sees it.
+detail::SearchSpace space_of(const Eigen::VectorXd& p, const std::vector<Index>& shown, const std::vector<Index>& fixed,
+                             const ParameterBounds& bounds) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  detail::SearchSpace space{.start = p(shown), .constant = constant_positions(shown, fixed)};
+  space.bounds.lower = Eigen::VectorXd::Constant(space.start.size(), -kInfinity);
+  space.bounds.upper = Eigen::VectorXd::Constant(space.start.size(), kInfinity);
+  for (std::size_t k = 0; k < shown.size(); ++k) {
+    if (!is_bounded(bounds, shown[k])) continue;
+    space.bounds.lower[static_cast<Index>(k)] = bounds.lower[shown[k]];
+    space.bounds.upper[static_cast<Index>(k)] = bounds.upper[shown[k]];
+  }
+  return space;
 }
 
-Search search_eliminated(const Model& model, const Predictor& predictor, const Eigen::VectorXd& p,
-                         const std::vector<Index>& fixed, const std::vector<Index>& eliminated,
-                         const ParameterBounds& bounds, const RefitOptions& options, Clock::time_point start) {
-  EliminatedCost cost(predictor, eliminated, p);
-  const std::vector<Index>& shown = cost.remaining();
-  const std::unique_ptr<PenaltyCost> penalty = penalty_cost(options, model, shown, predictor);
-  Search result = search(cost, penalty.get(), p(shown), constant_positions(shown, fixed), shown, bounds, options,
-                         Handover::compressed, predictor, start);
+detail::SearchOptions search_options(const RefitOptions& options) {
+  return {options.max_iterations, options.function_tolerance, options.parameter_tolerance, options.progress, {}};
+}
+
+/// One search: what is to be minimised, and what goes with it.
+struct Task {
+  const Model& model;
+  const Predictor& predictor;
+  const Eigen::VectorXd& p;
+  const std::vector<Index>& fixed;
+  const ParameterBounds& bounds;
+  const RefitOptions& options;
+  double initial_rmse;
+  detail::Clock::time_point began;
+};
+
+detail::SearchResult search(const Task& task, ceres::CostFunction& cost, const std::vector<Index>& shown,
+                            Handover handover) {
+  const std::unique_ptr<PenaltyCost> penalty = penalty_cost(task.options, task.model, shown, task.predictor);
+  detail::StateDamping damping(task.predictor, task.p, shown, task.initial_rmse);
+  std::vector<ceres::CostFunction*> others;
+  if (penalty) others.push_back(penalty.get());
+  if (!damping.empty()) others.push_back(&damping);
+  detail::SearchOptions options = search_options(task.options);
+  options.after_step = [&damping](double rmse, double decrease) { damping.follow(rmse, decrease); };
+  return detail::levenberg_marquardt(cost, others, space_of(task.p, shown, task.fixed, task.bounds), options, handover,
+                                     task.predictor, task.began);
+}
+
+detail::SearchResult search_jointly(const Task& task) {
+  const Handover handover = detail::handover_for(task.options.residual_form, task.predictor);
+  PredictorCost cost(task.predictor, handover);
+  return search(task, cost, all_unknowns(task.predictor.unknown_count()), handover);
+}
+
+detail::SearchResult search_eliminated(const Task& task, const std::vector<Index>& eliminated) {
+  EliminatedCost cost(task.predictor, eliminated, task.p);
+  detail::SearchResult result = search(task, cost, cost.remaining(), Handover::compressed);
   const Eigen::VectorXd complete = cost.complete(result.q);
-  result.q = complete.size() > 0 ? complete : p;
+  result.q = complete.size() > 0 ? complete : task.p;
   return result;
 }
 
@@ -313,9 +217,9 @@ void add_covariance(RefitReport& report, const DataSet& data, const RefitOptions
   settings.initial_states = report.initial_states;
   report.covariance = covariance(report.model, data, settings);
   report.model.standard_deviations = report.covariance->standard_deviations;
-  const bool poor =
-      report.covariance->rank < report.covariance->free_count || report.covariance->condition > kIllConditioned;
-  if (report.status == FitStatus::converged && poor) report.status = FitStatus::ill_conditioned;
+  if (report.status == FitStatus::converged && detail::is_poor(*report.covariance)) {
+    report.status = FitStatus::ill_conditioned;
+  }
 }
 
 }  // namespace
@@ -337,7 +241,7 @@ std::string to_text(FitStatus status) {
 }
 
 RefitReport refit(const Model& start, const DataSet& data, const RefitOptions& options) {
-  const Clock::time_point began = Clock::now();
+  const detail::Clock::time_point began = detail::Clock::now();
   check(start);
   if (options.max_iterations < 0) fail("refit: max_iterations must be >= 0, got ", options.max_iterations);
   const Predictor predictor(start.chain, data, options.prediction);
@@ -360,9 +264,8 @@ RefitReport refit(const Model& start, const DataSet& data, const RefitOptions& o
     report.wall_seconds = seconds_since(began);
     return report;
   }
-  const Search found =
-      eliminated.empty() ? search_jointly(report.model, predictor, p, fixed.all, bounds, options, began)
-                         : search_eliminated(report.model, predictor, p, fixed.all, eliminated, bounds, options, began);
+  const Task task{report.model, predictor, p, fixed.all, bounds, options, report.initial_rmse, began};
+  const detail::SearchResult found = eliminated.empty() ? search_jointly(task) : search_eliminated(task, eliminated);
   report.status = found.status;
   report.message = found.message;
   report.iterations = found.iterations;

@@ -1,10 +1,11 @@
 #include <blockid/blocks/rational.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/data/error.hpp>
-#include <blockid/estimators/accumulators.hpp>
+#include <blockid/estimators/detail/filtered.hpp>
 #include <blockid/estimators/detail/parallel_for.hpp>
 #include <blockid/estimators/detail/unknowns.hpp>
 #include <blockid/init/bla.hpp>
+#include <blockid/init/detail/lagged_regression.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -15,81 +16,16 @@
 namespace blockid {
 namespace {
 
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
-
-struct Means {
-  double u = 0.0;
-  double y = 0.0;
-};
-
-Means means_of(const DataSet& data, Index warmup) {
-  Means sum;
-  double count = 0.0;
-  double samples = 0.0;
-  for (const Record& record : data.records) {
-    sum.u += record.u.sum();
-    samples += static_cast<double>(record.u.size());
-    for (Index t = warmup; t < record.u.size(); ++t) {
-      if (is_missing(record, t)) continue;
-      sum.y += record.y[t];
-      count += 1.0;
-    }
-  }
-  return {sum.u / samples, count > 0.0 ? sum.y / count : 0.0};
-}
-
-/// Deviations from the means; missing outputs keep their last present value so that filters can pass over them.
-DataSet deviations(const DataSet& data, const Means& means = {}) {
-  DataSet result = data;
-  for (Record& record : result.records) {
-    record.u.array() -= means.u;
-    double last = 0.0;
-    for (Index t = 0; t < record.y.size(); ++t) {
-      if (!is_missing(record, t)) last = record.y[t] - means.y;
-      record.y[t] = last;
-    }
-  }
-  return result;
-}
+using detail::deviations;
+using detail::Means;
+using detail::means_of;
 
 Eigen::VectorXd all_pole(const Eigen::VectorXd& denominator, const Eigen::VectorXd& signal) {
-  const Rational filter(0, denominator.size() - 1);
-  Eigen::VectorXd theta(denominator.size());
-  theta[0] = 1.0;
-  theta.tail(denominator.size() - 1) = denominator.tail(denominator.size() - 1);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(filter.state_count());
-  Eigen::VectorXd y(signal.size());
-  filter.apply<double>(view(theta), {x.data(), static_cast<std::size_t>(x.size())}, view(signal),
-                       {y.data(), static_cast<std::size_t>(y.size())});
-  return y;
-}
-
-/// Adds the rows [u_{t-nk} .. u_{t-nk-nb}, -y_{t-1} .. -y_{t-na}, y_t] of one record.
-void add_arx_rows(const Record& record, const BlaOrders& orders, Index warmup, NormalEquations& sums) {
-  const Index stride = padded_columns(sums.columns());
-  const Index first = std::max({orders.na, orders.nb + orders.nk, warmup});
-  std::vector<double> tile(static_cast<std::size_t>(kMaxTileRows * stride), 0.0);
-  Index rows = 0;
-  Index last_missing = -1;
-  for (Index t = 0; t < record.u.size(); ++t) {
-    if (is_missing(record, t)) last_missing = t;
-    if (t < first || (last_missing >= 0 && t - last_missing <= orders.na)) continue;
-    double* row = tile.data() + rows * stride;
-    for (Index k = 0; k <= orders.nb; ++k) *row++ = record.u[t - orders.nk - k];
-    for (Index k = 1; k <= orders.na; ++k) *row++ = -record.y[t - k];
-    *row = record.y[t];
-    if (++rows == kMaxTileRows) {
-      sums.add(tile.data(), rows, stride);
-      rows = 0;
-    }
-  }
-  sums.add(tile.data(), rows, stride);
+  return detail::filtered(Eigen::VectorXd::Ones(1), denominator, signal);
 }
 
 Eigen::VectorXd arx_parameters(const DataSet& data, const BlaOrders& orders, Index warmup) {
-  NormalEquations sums(orders.nb + 1 + orders.na + 1);
-  for (const Record& record : data.records) add_arx_rows(record, orders, warmup, sums);
-  Eigen::VectorXd theta = solve_least_squares(sums.gram()).x;
+  Eigen::VectorXd theta = detail::arx_coefficients(data, orders, warmup);
   Eigen::VectorXd a(orders.na + 1);
   a[0] = 1.0;
   a.tail(orders.na) = theta.tail(orders.na);
@@ -137,7 +73,7 @@ Model steiglitz_mcbride(const DataSet& data, const BlaOrders& orders, const Pred
   Model best = arx(data, orders);
   double best_error = output_error(best, data, prediction);
   Eigen::VectorXd theta = best.parameters;
-  const DataSet passable = deviations(data);
+  const DataSet passable = deviations(data, {});
   for (int round = 0; round < iterations && orders.na > 0; ++round) {
     Eigen::VectorXd a(orders.na + 1);
     a[0] = 1.0;

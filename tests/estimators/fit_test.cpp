@@ -1,6 +1,7 @@
 // fit(): what it hands back belongs together.
 #include "estimators/systems.hpp"
 
+#include <blockid/blocks/spline.hpp>
 #include <blockid/estimators/fit.hpp>
 
 #include <gtest/gtest.h>
@@ -20,6 +21,25 @@ Record record_from(const Eigen::VectorXd& state, Index samples, std::uint64_t se
   Model model = testing::wiener();
   model.initial_state = state;
   return testing::simulated_record(model, samples, kNoise, seed);
+}
+
+TEST(Fit, KnotsDoNotFollowStatesThatTheWarmUpHides) {
+  // The start's state drives the filter's output to 50; 60 samples later 0.63^60 = 1e-12 of that is left.
+  constexpr Index kWarmup = 60;
+  Model start = make_model(parse("G=rational(nb=1,na=2) | f=spline(knots=8)"));
+  start.parameters.head(4) = testing::wiener().parameters.head(4);
+  const Record record = record_from(Eigen::Vector2d::Zero(), 2000, 3);
+  start = adapt_structure(start, record.u);
+  start.initial_state = Eigen::Vector2d(50.0, -30.0);
+  FitOptions options;
+  options.refit.prediction = {InitialState::estimated, kWarmup, 1};
+  const FitResult result = fit(parse("G=rational(nb=1,na=2) | f=spline(knots=8)"), record, start_from(start), options);
+  const auto* f = top_level_blocks(result.model)[1].block.target<Spline>();
+  ASSERT_NE(f, nullptr);
+  // The range of the true signal; a tenth for a filter that is known to a percent.
+  const double largest = simulate_signals(testing::wiener(), record.u)[1].cwiseAbs().maxCoeff();
+  ASSERT_LT(largest, 20.0);
+  for (const double knot : f->knots()) EXPECT_LT(std::abs(knot), 1.1 * largest);
 }
 
 TEST(Fit, InitialStatesBelongToTheNormalisedModel) {

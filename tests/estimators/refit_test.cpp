@@ -161,6 +161,50 @@ TEST(RefitTest, SeveralRecordsWithTheirOwnInitialStates) {
       << "the initial states must matter, or nothing is tested";
 }
 
+TEST(RefitTest, StatesThatTheWarmUpHidesDoNotMisleadTheSearch) {
+  // Of the states at the first sample 0.72^60 = 3e-9 is left when samples begin to count: an undamped step in them
+  // would be of the size of the residual times 1e8. The search has to go as if the states were not there.
+  const Model truth = testing::wiener_hammerstein();
+  Noise numbers(37);
+  const Eigen::VectorXd u = numbers.white(2200);
+  Record record;
+  record.y = (simulate(truth, u) + numbers.white(2200, kNoise)).tail(2000);
+  record.u = u.tail(2000);
+  for (std::uint64_t seed = 38; seed < 42; ++seed) {
+    Model start = truth;
+    start.parameters = testing::moved(truth.parameters, free_of(truth), 0.1, seed);
+    RefitOptions options;
+    options.prediction.warmup = 60;
+    const RefitReport from_rest = refit(start, record, options);
+    options.prediction.initial_state = InitialState::estimated;
+    const RefitReport estimated = refit(start, record, options);
+    // When all else has settled the states are let go by a factor of ten a step: three more until nothing changes.
+    EXPECT_LE(estimated.iterations, from_rest.iterations + 3);
+    EXPECT_NEAR(estimated.rmse, from_rest.rmse, 1e-6 * from_rest.rmse);
+  }
+}
+
+TEST(RefitTest, StatesThatMatterAreFoundAsFast) {
+  // The damping of the states must not outlive its use: with all of it a search takes fifty steps here, without any
+  // six, now and then twenty.
+  const Model truth = testing::wiener_hammerstein();
+  int steps = 0;
+  for (std::uint64_t seed = 43; seed < 103; seed += 10) {
+    Model other = truth;
+    other.initial_state = Noise(seed).white(truth.chain.state_count());
+    const Record record = simulated_record(other, 2000, kNoise, seed + 1);
+    Model start = truth;
+    start.parameters = testing::moved(truth.parameters, free_of(truth), 0.05, seed + 2);
+    RefitOptions options;
+    options.prediction.initial_state = InitialState::estimated;
+    const RefitReport report = refit(start, record, options);
+    EXPECT_EQ(report.status, FitStatus::converged);
+    expect_noise_level(report.rmse, 2000.0, static_cast<double>(free_of(truth).size() + truth.chain.state_count()));
+    steps += report.iterations;
+  }
+  EXPECT_LE(steps, 6 * 15);
+}
+
 TEST(RefitTest, PeriodicSteadyState) {
   const Model truth = testing::wiener();
   Noise numbers(41);
