@@ -55,10 +55,12 @@ void check(const SemidefiniteProgramme& programme) {
 
 #ifdef BLOCKID_HAS_CSDP
 
-/// Arrays that CSDP frees, or the end of the child.
+/// Zeros in an array that CSDP may free; the end of the child when there is no memory.
 template <class T>
 T* allocated(std::size_t count) {
-  return static_cast<T*>(std::calloc(count, sizeof(T)));
+  void* memory = std::calloc(count, sizeof(T));
+  if (memory == nullptr) std::abort();
+  return static_cast<T*>(memory);
 }
 
 blockmatrix block_matrix(const SemidefiniteProgramme& programme) {

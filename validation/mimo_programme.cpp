@@ -41,7 +41,7 @@ MatrixXd regular_triangle(const MatrixXd& t, double tau) {
   const Index n = t.cols();
   MatrixXd stacked(t.rows() + n, n);
   stacked << t, tau * MatrixXd::Identity(n, n);
-  return Eigen::HouseholderQR<MatrixXd>(std::move(stacked)).matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  return Eigen::HouseholderQR<MatrixXd>(stacked).matrixQR().topRows(n).triangularView<Eigen::Upper>();
 }
 
 /// sigma_max(T R^-1).

@@ -45,7 +45,7 @@ double bound_at(const MatrixXd& tv, const MatrixXd& tw, double tau) {
   const Index n = tv.rows();
   MatrixXd stacked(2 * n, n);
   stacked << tv, tau * MatrixXd::Identity(n, n);
-  const Eigen::HouseholderQR<MatrixXd> qr(std::move(stacked));
+  const Eigen::HouseholderQR<MatrixXd> qr(stacked);
   const MatrixXd r = qr.matrixQR().topRows(n);
   const MatrixXd ratio = r.triangularView<Eigen::Upper>().transpose().solve(tw.transpose());
   return largest_singular_value(ratio);

@@ -6,7 +6,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
+#include <utility>
 
 namespace blockid {
 namespace {
@@ -21,6 +23,9 @@ constexpr double kSmallestNoise = 1e-7;
 constexpr double kRounding = 1e-11;
 /// An input below this part of its largest sample is no input.
 constexpr double kSilence = 1e-12;
+/// Negative powers of ten of the ridge, in units of the trace.
+constexpr int kFirstRidge = 3;
+constexpr int kLastRidge = 12;
 
 template <class... Parts>
 std::string words(const Parts&... parts) {
@@ -62,12 +67,51 @@ Index output_before_input(const UncertaintyProgramme& programme, double gamma) {
   return -1;
 }
 
-/// |T_h| <= 1 up to rounding.
-bool has_gain_of_one(const VectorXd& h) {
+/// |T_h| <= alpha up to rounding.
+bool has_gain(const VectorXd& h, double alpha) {
   const MatrixXd k = hankel(h);
-  const MatrixXd bound = (1.0 + kRounding) * MatrixXd::Identity(h.size(), h.size());
+  const MatrixXd bound = alpha * (1.0 + kRounding) * MatrixXd::Identity(h.size(), h.size());
   return Eigen::LLT<MatrixXd>(bound + k).info() == Eigen::Success &&
          Eigen::LLT<MatrixXd>(bound - k).info() == Eigen::Success;
+}
+
+/// An h of a ridge regression that keeps |T_h| <= alpha and the noise bound, for a fraction of the programme's time;
+/// empty when there is none among those tried, which says nothing.
+std::optional<VectorXd> ridge_witness(const UncertaintyProgramme& programme, double alpha, double gamma) {
+  const MatrixXd gram = programme.a * programme.a.transpose();
+  for (int decade = kFirstRidge; decade <= kLastRidge; ++decade) {
+    MatrixXd damped = gram;
+    damped.diagonal().array() += std::pow(10.0, -decade) * gram.trace();
+    const VectorXd h = programme.a.transpose() * damped.llt().solve(programme.w);
+    if (!((programme.w - programme.a * h).cwiseAbs().maxCoeff() <= gamma)) continue;
+    // Less damping makes h longer.
+    if (h.norm() <= alpha && has_gain(h, alpha)) return h;
+    return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+/// The programme's answer when h is one that explains the record.
+ProgrammeSolution explained_by(const UncertaintyProgramme& programme, VectorXd h) {
+  const Index n = h.size();
+  ProgrammeSolution solution;
+  solution.status = ProgrammeStatus::target_reached;
+  solution.h = std::move(h);
+  solution.certificate = {MatrixXd::Identity(n, n), MatrixXd::Identity(n, n), VectorXd::Zero(programme.w.size())};
+  return solution;
+}
+
+ProgrammeSolution decide(const UncertaintyProgramme& programme, double gamma, const VerdictOptions& options) {
+  if (options.to_the_end) return smallest_gamma(programme, 1.0, options.programme);
+  if (std::optional<VectorXd> h = ridge_witness(programme, 1.0, gamma)) return explained_by(programme, std::move(*h));
+  return smallest_gamma(programme, 1.0, options.programme, gamma);
+}
+
+/// Whether no |Delta| <= alpha leaves the noise bound or less; false when that is not proven.
+bool is_out_of_reach(const UncertaintyProgramme& programme, double alpha, double gamma,
+                     const ProgrammeOptions& options) {
+  return !ridge_witness(programme, alpha, gamma) &&
+         smallest_gamma(programme, alpha, options, gamma).lower_bound > gamma;
 }
 
 /// The sides of the comparison, from h and the certificate alone.
@@ -81,7 +125,7 @@ void confirm(const UncertaintyProgramme& programme, const ProgrammeSolution& sol
   result.alpha_proven = certified_alpha(programme, result.noise_bound, result.certificate);
   if (result.noise_proven > result.noise_bound + rounding) {
     result.verdict = Verdict::invalidated;
-  } else if (result.noise_needed <= result.noise_bound + rounding && has_gain_of_one(result.h)) {
+  } else if (result.noise_needed <= result.noise_bound + rounding && has_gain(result.h, 1.0)) {
     result.verdict = Verdict::not_invalidated;
   }
 }
@@ -98,8 +142,7 @@ void doubt(const UncertaintyProgramme& programme, std::span<const UncertaintyWin
          words("Sample ", t, " of w is ", programme.w[t],
                " before v has moved: no uncertainty of any size explains that, the noise bound or the signals are "
                "wrong."));
-  } else if (smallest_gamma(programme, options.absurd_alpha, options.programme, result.noise_bound).lower_bound >
-             result.noise_bound) {
+  } else if (is_out_of_reach(programme, options.absurd_alpha, result.noise_bound, options.programme)) {
     note(result, VerdictWarning::noise_bound_too_small,
          words("An uncertainty of ", options.absurd_alpha,
                " does not explain the record either: suspect the noise bound, the controller or the state at the start "
@@ -160,8 +203,7 @@ UncertaintyVerdict judge_uncertainty(std::span<const UncertaintyWindow> windows,
     note(result, VerdictWarning::noise_bound_raised,
          words("The noise bound of ", noise_bound, " was raised to ", least, ", which leaves room for rounding."));
   }
-  const double target = options.to_the_end ? -1.0 : result.noise_bound;
-  confirm(programme, smallest_gamma(programme, 1.0, options.programme, target), result);
+  confirm(programme, decide(programme, result.noise_bound, options), result);
   if (result.verdict == Verdict::invalidated) doubt(programme, windows, options, result);
   result.evidence = evidence_of(result);
   return result;

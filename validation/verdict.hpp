@@ -51,13 +51,14 @@ struct UncertaintyVerdict {
   double alpha_proven = 0.0;  ///< no |Delta| below this leaves the noise bound or less, by the certificate
   Eigen::VectorXd h;          ///< (n,) with |T_h| <= 1
   DualCertificate certificate;
-  int iterations = 0;  ///< of the programme with alpha = 1
+  int iterations = 0;  ///< of the programme with alpha = 1; 0 when a ridge regression already explains the record
 
   bool has(VerdictWarning warning) const;
 };
 
 /// Compares gamma*(1) = min over |T_h| <= 1 of max_t |w - A h|_t / shape_t with the noise bound; the programme stops as
-/// soon as the side is known. All windows are explained by the same Delta.
+/// soon as the side is known, and is not solved when a ridge regression explains the record. All windows are explained
+/// by the same Delta.
 ///
 /// Both sides are computed once more from h and from the certificate alone, and what they do not confirm is undecided.
 /// "Invalidated" is said of the model, its uncertainty and the noise bound together; a window that is not from rest

@@ -127,7 +127,7 @@ TEST(Verdict, NothingIsDecidedWithoutIterations) {
   VerdictOptions options;
   options.programme.max_iterations = 0;
   const UncertaintyVerdict verdict =
-      judge_uncertainty(window_of(CrowderLoop{}.tight(), 0, 0, 60), 1e-3 * size_of_w(), options);
+      judge_uncertainty(window_of(CrowderLoop{}.tight(), 0, 0), 1e-3 * size_of_w(), options);
   EXPECT_EQ(verdict.verdict, Verdict::undecided);
   EXPECT_THAT(verdict.evidence, HasSubstr("not settled"));
 }
