@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 
 namespace blockid {
@@ -119,6 +120,11 @@ VectorXcd zeros_of_strictly_proper(const FilterBank& bank, const RowVectorXd& c)
   const MatrixXd null_space = q.rightCols(n - 1);
   const MatrixXd image = bank.a * null_space;
   return eigenvalues(null_space.transpose() * (image - bank.b * (c * image / g)));
+}
+
+/// sqrt(j C j'): of a quantity with the gradient j.
+double deviation(const RowVectorXd& gradient, const MatrixXd& covariance) {
+  return std::sqrt(std::max((gradient * covariance * gradient.transpose()).value(), 0.0));
 }
 
 /// log|prod (s - root)| and its phase.
@@ -276,6 +282,39 @@ MatrixXcd pole_sensitivities(const ContinuousTransferFunction& model) {
     result.row(k) = -drive * eigen.right.col(place).transpose();
   }
   if (model.basis.kind == BasisKind::localising) return result.rowwise().reverse();
+  return result;
+}
+
+PoleDeviations pole_deviations(const ContinuousTransferFunction& model, const MatrixXd& covariance) {
+  const Index n = model.basis.order;
+  const VectorXcd roots = poles(model);
+  const MatrixXcd sensitivities = pole_sensitivities(model);
+  const MatrixXd denominator = covariance.topLeftCorner(n, n);
+  PoleDeviations result{VectorXd(n), VectorXd(n), VectorXd(n), VectorXd(n)};
+  for (Index k = 0; k < n; ++k) {
+    // d log(pole) = d log(modulus) + j d angle, and d(-cos angle) = sin(angle) d angle.
+    const double modulus = std::max(std::abs(roots[k]), std::numeric_limits<double>::min());
+    const MatrixXcd relative = sensitivities.row(k) / (roots[k] == 0.0 ? Complex(modulus) : roots[k]);
+    result.real[k] = deviation(sensitivities.row(k).real(), denominator);
+    result.imaginary[k] = deviation(sensitivities.row(k).imag(), denominator);
+    result.frequency[k] = modulus * deviation(relative.real(), denominator);
+    result.damping[k] = std::abs(roots[k].imag()) / modulus * deviation(relative.imag(), denominator);
+  }
+  return result;
+}
+
+VectorXd response_deviation(const ContinuousTransferFunction& model, const MatrixXd& covariance,
+                            const VectorXd& omega_rad_s) {
+  const BasisValues values = evaluate(model.basis, omega_rad_s);
+  const VectorXcd scale = (values.lead + values.phi * model.denominator).cwiseInverse();
+  const VectorXcd g = response_at(model, omega_rad_s);
+  MatrixXcd sensitivity(omega_rad_s.size(), covariance.rows());
+  sensitivity << scale.cwiseProduct(-g).asDiagonal() * values.phi, scale.asDiagonal() * values.psi;
+  VectorXd result(omega_rad_s.size());
+  for (Index k = 0; k < result.size(); ++k) {
+    result[k] =
+        std::hypot(deviation(sensitivity.row(k).real(), covariance), deviation(sensitivity.row(k).imag(), covariance));
+  }
   return result;
 }
 

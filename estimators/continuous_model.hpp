@@ -52,6 +52,20 @@ bool is_stable(const ContinuousTransferFunction& model);
 /// right eigenvectors l, r.
 Eigen::MatrixXcd pole_sensitivities(const ContinuousTransferFunction& model);
 
+/// Standard deviations of what a pole is described by, each (n,) in the order of poles().
+struct PoleDeviations {
+  Eigen::VectorXd real;       ///< rad/s
+  Eigen::VectorXd imaginary;  ///< rad/s
+  Eigen::VectorXd frequency;  ///< of its modulus, rad/s
+  Eigen::VectorXd damping;    ///< of -Re / modulus
+};
+/// By linearisation, from the covariance of a in the leading (n, n) part of `covariance`.
+PoleDeviations pole_deviations(const ContinuousTransferFunction& model, const Eigen::MatrixXd& covariance);
+
+/// Standard deviation of the modulus of the error of G(j omega), (F,), by linearisation, from the covariance of [a, b].
+Eigen::VectorXd response_deviation(const ContinuousTransferFunction& model, const Eigen::MatrixXd& covariance,
+                                   const Eigen::VectorXd& omega_rad_s);
+
 /// B(z) / A(z) with z = s / scale_rad_s, lowest powers first, A monic.
 struct RationalPolynomials {
   Eigen::VectorXd numerator;    ///< (m + 1,)

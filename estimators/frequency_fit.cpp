@@ -505,14 +505,9 @@ void add_covariance(FrequencyFit& fit, const Tones& tones, const VectorXd& theta
   const MatrixXd root =
       norms.cwiseInverse().asDiagonal() * svd.matrixV().leftCols(rank) * values.head(rank).cwiseInverse().asDiagonal();
   fit.covariance = fit.cost / static_cast<double>(freedom) * root * root.transpose();
-  const MatrixXcd sensitivities = pole_sensitivities(fit.model);
-  const MatrixXd denominator = fit.covariance.topLeftCorner(n, n);
-  for (Index k = 0; k < n; ++k) {
-    const Eigen::RowVectorXd re = sensitivities.row(k).real();
-    const Eigen::RowVectorXd im = sensitivities.row(k).imag();
-    fit.pole_real_deviation[k] = std::sqrt(std::max((re * denominator * re.transpose()).value(), 0.0));
-    fit.pole_imaginary_deviation[k] = std::sqrt(std::max((im * denominator * im.transpose()).value(), 0.0));
-  }
+  PoleDeviations deviations = pole_deviations(fit.model, fit.covariance);
+  fit.pole_real_deviation = std::move(deviations.real);
+  fit.pole_imaginary_deviation = std::move(deviations.imaginary);
 }
 
 }  // namespace
@@ -638,19 +633,7 @@ MatrixXd normalised_columns(const MatrixXd& x) {
 }
 
 VectorXd response_deviation(const FrequencyFit& fit, const VectorXd& omega_rad_s) {
-  const BasisValues values = evaluate(fit.model.basis, omega_rad_s);
-  const VectorXcd scale = (values.lead + values.phi * fit.model.denominator).cwiseInverse();
-  const VectorXcd g = response_at(fit.model, omega_rad_s);
-  MatrixXcd sensitivity(omega_rad_s.size(), fit.covariance.rows());
-  sensitivity << scale.cwiseProduct(-g).asDiagonal() * values.phi, scale.asDiagonal() * values.psi;
-  VectorXd result(omega_rad_s.size());
-  for (Index k = 0; k < result.size(); ++k) {
-    const Eigen::RowVectorXd re = sensitivity.row(k).real();
-    const Eigen::RowVectorXd im = sensitivity.row(k).imag();
-    const double variance = (re * fit.covariance * re.transpose() + im * fit.covariance * im.transpose()).value();
-    result[k] = std::sqrt(std::max(variance, 0.0));
-  }
-  return result;
+  return response_deviation(fit.model, fit.covariance, omega_rad_s);
 }
 
 }  // namespace blockid
