@@ -10,6 +10,7 @@ int run_simulate(const SimulateCommand& command);
 int run_bla(const BlaCommand& command);
 int run_ct(const CtCommand& command);
 int run_frf(const FrfCommand& command);
+int run_linear(const LinearCommand& command);
 int run_info(const InfoCommand& command);
 int run_demo(const DemoCommand& command);
 int run_reproduce(const ReproduceCommand& command);

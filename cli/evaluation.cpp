@@ -1,5 +1,6 @@
 #include <blockid/cli/evaluation.hpp>
 
+#include <blockid/data/error.hpp>
 #include <blockid/estimators/refit.hpp>
 
 #include <algorithm>
@@ -10,25 +11,36 @@ namespace {
 
 Metrics total_metrics(const std::vector<ScoredRecord>& records, Index warmup) {
   if (records.size() == 1) return records.front().metrics;
-  Index samples = 0;
-  for (const ScoredRecord& scored : records) samples += scored.yhat.size();
-  Eigen::VectorXd y(samples);
-  Eigen::VectorXd yhat(samples);
-  Eigen::VectorXd weights(samples);
-  Index begin = 0;
+  DataSet data;
+  std::vector<Eigen::VectorXd> yhat;
   for (const ScoredRecord& scored : records) {
-    const Index length = scored.yhat.size();
-    y.segment(begin, length) = scored.record.y;
-    yhat.segment(begin, length) = scored.yhat;
-    weights.segment(begin, length) = scored_mask(scored);
-    begin += length;
+    data.records.push_back(scored.record);
+    yhat.push_back(scored.yhat);
   }
-  Metrics total = evaluate_metrics(y, yhat, 0, weights);
-  total.warmup = warmup;
-  return total;
+  return metrics_together(data, yhat, warmup);
 }
 
 }  // namespace
+
+Metrics metrics_together(const DataSet& data, const std::vector<Eigen::VectorXd>& yhat, Index warmup) {
+  const Index samples = total_samples(data);
+  Eigen::VectorXd y(samples);
+  Eigen::VectorXd of_model(samples);
+  Eigen::VectorXd weights(samples);
+  Index begin = 0;
+  for (std::size_t i = 0; i < data.records.size(); ++i) {
+    const Record& record = data.records[i];
+    const Index length = record.u.size();
+    if (warmup >= length) fail(describe(record), ": has ", length, " samples, no more than the warm-up of ", warmup);
+    y.segment(begin, length) = record.y;
+    of_model.segment(begin, length) = yhat[i];
+    for (Index t = 0; t < length; ++t) weights[begin + t] = t < warmup ? 0.0 : weight(record, t);
+    begin += length;
+  }
+  Metrics total = evaluate_metrics(y, of_model, 0, weights);
+  total.warmup = warmup;
+  return total;
+}
 
 Eigen::VectorXd scored_mask(const ScoredRecord& scored) {
   Eigen::VectorXd mask(scored.yhat.size());

@@ -32,6 +32,10 @@ struct Evaluation {
 Evaluation evaluate(const Model& model, const DataSet& data, const PredictionOptions& options,
                     const std::vector<Eigen::VectorXd>& states = {});
 
+/// Figures of merit over all records together, yhat (N_i,) of each, the first `warmup` samples of each left out.
+/// Throws Error for records no longer than the warm-up.
+Metrics metrics_together(const DataSet& data, const std::vector<Eigen::VectorXd>& yhat, Index warmup);
+
 /// y - yhat where the record is scored, 0 in the warm-up and where samples are missing; (N,).
 Eigen::VectorXd scored_residual(const ScoredRecord& scored);
 

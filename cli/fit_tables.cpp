@@ -1,4 +1,5 @@
 #include <blockid/cli/fit_outcome.hpp>
+#include <blockid/cli/metrics_table.hpp>
 #include <blockid/cli/text_table.hpp>
 
 #include <blockid/blocks/text.hpp>
@@ -11,17 +12,6 @@ namespace blockid::cli {
 namespace {
 
 using Align = TextTable::Align;
-
-std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
-  return {name,
-          number(metrics.rmse),
-          number(metrics.nrmse),
-          number(metrics.fit_percent),
-          number(metrics.r2),
-          number(metrics.vaf),
-          number(metrics.mae),
-          std::to_string(metrics.samples)};
-}
 
 }  // namespace
 
@@ -76,16 +66,8 @@ void print_metrics(std::ostream& stream, const FitOutcome& outcome) {
   const RefitReport& report = outcome.fit.report;
   stream << "\nresult  " << blockid::to_text(report.status) << ", " << report.iterations << " iterations, "
          << fixed_number(outcome.fit.wall_seconds, 2) << " s\n";
-  const std::string unit = outcome.output_unit.empty() ? "" : " [" + outcome.output_unit + "]";
-  TextTable table{{{"", Align::left},
-                   {"RMSE" + unit, Align::right},
-                   {"NRMSE", Align::right},
-                   {"fit %", Align::right},
-                   {"R2", Align::right},
-                   {"VAF %", Align::right},
-                   {"MAE" + unit, Align::right},
-                   {"samples", Align::right}},
-                  {metrics_row("train", outcome.train.total)}};
+  TextTable table = metrics_table(outcome.output_unit);
+  table.rows.push_back(metrics_row("train", outcome.train.total));
   if (outcome.test) table.rows.push_back(metrics_row("test", outcome.test->total));
   print(stream, table);
   if (outcome.test && outcome.prediction.initial_state == InitialState::estimated) {

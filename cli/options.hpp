@@ -153,6 +153,23 @@ struct FrfCommand {
   bool quiet = false;
 };
 
+struct LinearCommand {
+  DataOptions data;
+  RangeOptions ranges;
+  ScoringOptions scoring = {.initial_state = "estimated"};
+  /// arx, armax, oe or bj.
+  std::string structure;
+  /// "nb=2", "nf=2", ...
+  std::vector<std::string> orders;
+  /// Samples ahead of predictions that are scored besides one step and simulation; 0: none.
+  int ahead = 0;
+  int max_iterations = 300;
+  /// The path from input to output.
+  std::string model;
+  std::string json;
+  bool quiet = false;
+};
+
 struct InfoCommand {
   std::string file;
   std::string json;

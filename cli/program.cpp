@@ -369,6 +369,52 @@ void add_frf(CLI::App& program, FrfCommand& command) {
   add_quiet(app, command.quiet)->group("Results");
 }
 
+void add_linear(CLI::App& program, LinearCommand& command) {
+  CLI::App& app = *program.add_subcommand("linear", "discrete-time linear model with a model of the noise");
+  app.footer(kExitCodesText);
+  add_data_options(app, command.data, Signals::input_and_output, "");
+  add_ranges(app, command.ranges);
+  app.add_option("--warmup", command.scoring.warmup,
+                 "samples at the start of each record that are neither fitted nor scored (default: 0)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group("Scoring");
+  app.add_option("--initial-state", command.scoring.initial_state,
+                 "what was before each record: estimated (fitted to the record) or zero (rest) (default: estimated)")
+      ->type_name("WORD")
+      ->check(CLI::IsMember({"zero", "estimated"}))
+      ->group("Scoring");
+  constexpr int kMostAhead = 1'000'000;
+  app.add_option("--ahead", command.ahead,
+                 "also score predictions so many samples ahead, beside one step and simulation (default: none)")
+      ->type_name("K")
+      ->check(CLI::Range(2, kMostAhead))
+      ->group("Scoring");
+  const std::string group = "Model and fit";
+  app.add_option("--structure", command.structure,
+                 "arx: A y = B u + e, armax: A y = B u + C e, oe: y = B/F u + e, bj: y = B/F u + C/D e")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"arx", "armax", "oe", "bj"}))
+      ->required()
+      ->group(group);
+  add_repeated(app, "--orders", command.orders,
+               "degrees of the polynomials and the delay of the input in samples, e.g. nb=1,nf=2,nc=1,nd=1,nk=1; those "
+               "that are not named are 0")
+      ->delimiter(',')
+      ->type_name("KEY=N,...")
+      ->required()
+      ->group(group);
+  app.add_option(
+         "--max-iterations", command.max_iterations,
+         "Levenberg-Marquardt iterations from each start (default: " + std::to_string(command.max_iterations) + ")")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  add_file(app, "-o,--save", command.model, "model file (JSON) of the path from input to output, for simulate");
+  add_file(app, "--json", command.json, "all figures of the result as JSON");
+  add_quiet(app, command.quiet)->group("Results");
+}
+
 void add_info(CLI::App& program, InfoCommand& command) {
   CLI::App& app = *program.add_subcommand("info", "what a data file or a model file holds");
   app.footer(kExitCodesText);
@@ -409,6 +455,7 @@ struct Commands {
   BlaCommand bla;
   CtCommand ct;
   FrfCommand frf;
+  LinearCommand linear;
   InfoCommand info;
   DemoCommand demo;
   ReproduceCommand reproduce;
@@ -432,6 +479,7 @@ int dispatch(const CLI::App& app, const Commands& commands) {
   if (name == "bla") return run_bla(commands.bla);
   if (name == "ct") return run_ct(commands.ct);
   if (name == "frf") return run_frf(commands.frf);
+  if (name == "linear") return run_linear(commands.linear);
   if (name == "info") return run_info(commands.info);
   if (name == "demo") return run_demo(commands.demo);
   return run_reproduce(commands.reproduce);
@@ -448,6 +496,7 @@ int run(int argc, const char* const* argv) {
   add_bla(app, commands.bla);
   add_ct(app, commands.ct);
   add_frf(app, commands.frf);
+  add_linear(app, commands.linear);
   add_info(app, commands.info);
   add_demo(app, commands.demo);
   add_reproduce(app, commands.reproduce);

@@ -1,0 +1,17 @@
+// Figures of merit as rows of a table.
+#pragma once
+
+#include <blockid/cli/text_table.hpp>
+#include <blockid/data/metrics.hpp>
+
+#include <string>
+
+namespace blockid::cli {
+
+/// A table without rows, RMSE and MAE in the given unit.
+TextTable metrics_table(const std::string& unit);
+
+/// A row of it.
+std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics);
+
+}  // namespace blockid::cli
