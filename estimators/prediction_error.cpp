@@ -3,6 +3,7 @@
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/complete_windows.hpp>
 #include <blockid/estimators/detail/filtered.hpp>
+#include <blockid/estimators/detail/flush_denormals.hpp>
 #include <blockid/estimators/detail/gram_parts.hpp>
 
 #include <algorithm>
@@ -92,6 +93,7 @@ struct PredictionError::Evaluated {
 };
 
 VectorXd PredictionError::error_of(const VectorXd& p, Index record) const {
+  const detail::FlushDenormals no_subnormals;
   const Series& series = series_[static_cast<std::size_t>(record)];
   const auto [a, b, c, d, f] = polynomials(orders_, p.head(parameter_count(orders_)));
   const VectorXd one = VectorXd::Ones(1);
@@ -105,6 +107,7 @@ VectorXd PredictionError::error_of(const VectorXd& p, Index record) const {
 }
 
 PredictionError::Evaluated PredictionError::evaluate(const VectorXd& p, Index record) const {
+  const detail::FlushDenormals no_subnormals;
   const Series& series = series_[static_cast<std::size_t>(record)];
   const Polynomials polynomial = polynomials(orders_, p.head(parameter_count(orders_)));
   const auto& [a, b, c, d, f] = polynomial;
