@@ -36,6 +36,29 @@ void leave_out(const std::string& name, TrendStructure& structure) {
   powers.erase(found);
 }
 
+bool by_trends(const CtCommand& command) { return command.method == "goodwin" || command.method == "tustin"; }
+
+/// Options of one family of methods do not belong to the other.
+void check_options(const CtCommand& command) {
+  const std::vector<std::pair<const char*, bool>> of_trends = {{"--without", !command.without.empty()},
+                                                               {"--max-delay", command.max_delay > 0}};
+  const std::vector<std::pair<const char*, bool>> of_others = {{"--break-points", !command.break_points.empty()},
+                                                               {"--hold", !command.hold.empty()},
+                                                               {"--iv", command.iv},
+                                                               {"--refit", command.refit},
+                                                               {"--max-iterations", command.max_iterations > 0}};
+  for (const auto& [option, given] : by_trends(command) ? of_others : of_trends) {
+    if (given) fail(option, ": does not belong to --method ", command.method, "; leave it out");
+  }
+}
+
+/// Trends start where their first row does, so a record from rest is what their simulation shows best.
+ScoringOptions scoring_of(const CtCommand& command) {
+  ScoringOptions scoring = command.scoring;
+  if (scoring.initial_state.empty()) scoring.initial_state = by_trends(command) ? "zero" : "estimated";
+  return scoring;
+}
+
 TrendStructure structure_of(const CtCommand& command) {
   if (command.orders.size() != 2 || command.orders[0] < 0 || command.orders[1] <= command.orders[0]) {
     fail("--orders: expected NB,NA with 0 <= NB < NA");
@@ -47,7 +70,8 @@ TrendStructure structure_of(const CtCommand& command) {
   return structure;
 }
 
-CtEstimate trends(const CtCommand& command, const TrendStructure& structure, const DataSet& data) {
+CtEstimate trends(const CtCommand& command, const DataSet& data) {
+  const TrendStructure structure = structure_of(command);
   return estimate_of(command.max_delay > 0 ? fit_trends_with_delay(data, structure, command.max_delay)
                                            : fit_trends(data, structure));
 }
@@ -67,11 +91,12 @@ Model chain_of(const CtEstimate& estimate, const Record& record) {
 }
 
 CtOutcome outcome_of(const CtCommand& command) {
-  const TrendStructure structure = structure_of(command);
-  const PredictionOptions prediction = prediction_options(command.scoring, command.data.period);
+  check_options(command);
+  const PredictionOptions prediction = prediction_options(scoring_of(command), command.data.period);
   const Record record = load(command.data);
   const SplitData data = split(record, command.ranges);
-  CtEstimate estimate = trends(command, structure, data.train);
+  CtEstimate estimate =
+      by_trends(command) ? trends(command, data.train) : continuous_estimate(command, data.train, prediction);
   Model model = chain_of(estimate, record);
   CtOutcome outcome{.source = command.data.file,
                     .method = command.method,
@@ -84,9 +109,13 @@ CtOutcome outcome_of(const CtCommand& command) {
                     .test = std::nullopt,
                     .warnings = data.warnings};
   for (const std::string& warning : outcome.estimate.warnings) outcome.warnings.push_back(warning);
-  outcome.train = evaluate(outcome.model, data.train, prediction);
+  const auto evaluated = [&](const DataSet& records) {
+    return by_trends(command) ? evaluate(outcome.model, records, prediction)
+                              : evaluate(outcome.estimate, outcome.model, records, prediction);
+  };
+  outcome.train = evaluated(data.train);
   outcome.model.initial_state = outcome.train.records.front().model.initial_state;
-  if (!data.test.records.empty()) outcome.test = evaluate(outcome.model, data.test, prediction);
+  if (!data.test.records.empty()) outcome.test = evaluated(data.test);
   return outcome;
 }
 

@@ -6,6 +6,7 @@
 #include <blockid/cli/continuous_summary.hpp>
 #include <blockid/cli/evaluation.hpp>
 #include <blockid/cli/load_data.hpp>
+#include <blockid/cli/options.hpp>
 #include <blockid/estimators/continuous_model.hpp>
 
 #include <nlohmann/json.hpp>
@@ -55,5 +56,13 @@ std::string ct_report(const CtOutcome& outcome);
 
 /// A least-squares fit over trends as an estimate.
 CtEstimate estimate_of(const TrendFit& fit);
+
+/// --method flbf, svf, srivc with what belongs to them. prediction: how records start, for the fit, too.
+/// Throws Error for bad options and for what fit_continuous() and refit() refuse.
+CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, const PredictionOptions& prediction);
+
+/// Simulations by such an estimate, splines over the whole record; the block of the model file has to cut them short.
+Evaluation evaluate(const CtEstimate& estimate, const Model& model, const DataSet& data,
+                    const PredictionOptions& prediction);
 
 }  // namespace blockid::cli

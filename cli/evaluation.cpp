@@ -73,4 +73,16 @@ Evaluation evaluate(const Model& model, const DataSet& data, const PredictionOpt
   return result;
 }
 
+Evaluation evaluate(const Model& model, const DataSet& data, Index warmup,
+                    const std::function<Eigen::VectorXd(const Record&)>& simulation) {
+  Evaluation result;
+  for (const Record& record : data.records) {
+    ScoredRecord scored{.record = record, .yhat = simulation(record), .model = model, .metrics = {}};
+    scored.metrics = evaluate_metrics(record.y, scored.yhat, warmup, record.weights);
+    result.records.push_back(std::move(scored));
+  }
+  result.total = total_metrics(result.records, warmup);
+  return result;
+}
+
 }  // namespace blockid::cli

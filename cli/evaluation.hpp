@@ -7,6 +7,7 @@
 #include <blockid/estimators/predictor.hpp>
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 namespace blockid::cli {
@@ -35,6 +36,10 @@ Evaluation evaluate(const Model& model, const DataSet& data, const PredictionOpt
 /// Figures of merit over all records together, yhat (N_i,) of each, the first `warmup` samples of each left out.
 /// Throws Error for records no longer than the warm-up.
 Metrics metrics_together(const DataSet& data, const std::vector<Eigen::VectorXd>& yhat, Index warmup);
+
+/// Scores simulations of another kind, (N,) each; the records carry `model` as it is.
+Evaluation evaluate(const Model& model, const DataSet& data, Index warmup,
+                    const std::function<Eigen::VectorXd(const Record&)>& simulation);
 
 /// y - yhat where the record is scored, 0 in the warm-up and where samples are missing; (N,).
 Eigen::VectorXd scored_residual(const ScoredRecord& scored);

@@ -97,10 +97,21 @@ struct BlaCommand {
 struct CtCommand {
   DataOptions data;
   RangeOptions ranges;
-  ScoringOptions scoring;
+  /// initial_state is empty when it follows from the method.
+  ScoringOptions scoring = {.initial_state = ""};
   std::string method = "tustin";
   /// NB,NA
   std::vector<int> orders;
+  /// LO:HI[:COUNT] in rad/s; empty: the band of the input. Of flbf, svf and srivc, as all up to `without`.
+  std::string break_points;
+  /// How the input runs between samples; empty: spline3, or zoh for trends.
+  std::string hold;
+  /// Instrumental variables after the least squares of flbf and svf.
+  bool iv = false;
+  /// Least squares of the simulation error at the end.
+  bool refit = false;
+  /// Of srivc; 0: its own number.
+  int max_iterations = 0;
   /// Coefficients that are zero, "a0", "b1".
   std::vector<std::string> without;
   int delay = 0;

@@ -77,7 +77,8 @@ void add_ranges(CLI::App& app, RangeOptions& ranges) {
       ->group(group);
 }
 
-void add_scoring(CLI::App& app, ScoringOptions& scoring, const std::vector<std::string>& states) {
+void add_scoring(CLI::App& app, ScoringOptions& scoring, const std::vector<std::string>& states,
+                 const std::string& state_default = "zero") {
   const std::string group = "Scoring";
   app.add_option("--warmup", scoring.warmup, "samples at the start of each record that are not scored (default: 0)")
       ->type_name("N")
@@ -87,7 +88,7 @@ void add_scoring(CLI::App& app, ScoringOptions& scoring, const std::vector<std::
       "state of the model before each record: zero (rest), estimated (fitted to the record's output), "
       "periodic (steady state, needs --period)";
   if (states.size() > 3) help += ", model (as in the model file)";
-  app.add_option("--initial-state", scoring.initial_state, help + " (default: zero)")
+  app.add_option("--initial-state", scoring.initial_state, help + " (default: " + state_default + ")")
       ->type_name("WORD")
       ->check(CLI::IsMember(states))
       ->group(group);
@@ -230,22 +231,43 @@ void add_ct(CLI::App& program, CtCommand& command) {
   app.footer(kExitCodesText);
   add_data_options(app, command.data, Signals::input_and_output, "");
   add_ranges(app, command.ranges);
-  add_scoring(app, command.scoring, kStates);
+  add_scoring(app, command.scoring, kStates, "estimated; zero for goodwin and tustin");
   const std::string group = "Model and fit";
   app.add_option("--method", command.method,
-                 "goodwin: trends by the delta operator, tustin: by the bilinear one (default: tustin)")
+                 "flbf: least squares in frequency localising functions, svf: with a state-variable filter, srivc: "
+                 "refined instrumental variables in the former; goodwin: trends by the delta operator, tustin: by the "
+                 "bilinear one (default: tustin)")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"goodwin", "tustin"}))
+      ->check(CLI::IsMember({"flbf", "svf", "srivc", "goodwin", "tustin"}))
       ->group(group);
-  app.add_option("--orders", command.orders, "degrees of numerator and denominator, NB < NA")
+  app.add_option("--orders", command.orders, "degrees of numerator and denominator, NB <= NA; NB < NA for trends")
       ->type_name("NB,NA")
       ->delimiter(',')
       ->expected(2)
       ->required()
       ->group(group);
-  add_repeated(app, "--without", command.without,
-               "coefficient that is zero, e.g. b1, or a0 for an integrator; repeatable or separated by commas "
-               "(default: none)")
+  app.add_option("--break-points", command.break_points,
+                 "flbf, srivc: NA break points with equal ratios from LO to HI in rad/s; svf: their geometric mean is "
+                 "the pole of the filter (default: the band of the input)")
+      ->type_name("LO:HI[:COUNT]")
+      ->group(group);
+  app.add_option("--hold", command.hold,
+                 "input between samples: zoh, foh, spline3, spline5, spline7 (default: spline3; trends: zoh)")
+      ->type_name("WORD")
+      ->group(group);
+  app.add_flag("--iv", command.iv, "flbf, svf: instrumental variables after the least squares (default: off)")
+      ->group(group);
+  app.add_flag("--refit", command.refit,
+               "flbf, svf, srivc: end in least squares of the simulation error (default: off)")
+      ->group(group);
+  app.add_option("--max-iterations", command.max_iterations, "srivc: iterations (default: 50)")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+  add_repeated(
+      app, "--without", command.without,
+      "goodwin, tustin: coefficient that is zero, e.g. b1, or a0 for an integrator; repeatable or separated by commas "
+      "(default: none)")
       ->delimiter(',')
       ->type_name("NAME")
       ->group(group);
@@ -253,8 +275,9 @@ void add_ct(CLI::App& program, CtCommand& command) {
                                  ->type_name("K")
                                  ->check(CLI::NonNegativeNumber)
                                  ->group(group);
-  app.add_option("--max-delay", command.max_delay,
-                 "longest delay in samples of a search by the squared prediction error (default: none)")
+  app.add_option(
+         "--max-delay", command.max_delay,
+         "goodwin, tustin: longest delay in samples of a search by the squared prediction error (default: none)")
       ->type_name("K")
       ->check(CLI::PositiveNumber)
       ->excludes(delay)

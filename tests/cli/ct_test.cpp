@@ -4,6 +4,7 @@
 
 #include <blockid/data/atomic_file.hpp>
 #include <blockid/data/csv.hpp>
+#include <blockid/problems/gaussian.hpp>
 #include <blockid/problems/janiszowski.hpp>
 
 #include <gmock/gmock.h>
@@ -11,6 +12,7 @@
 
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace blockid {
@@ -159,6 +161,132 @@ TEST_F(CtCommand, RefusesBadOptions) {
   refused({"--orders", "1,2", "--method", "magic"}, "goodwin");
   refused({"--orders", "1,2", "--warmup", "5000"}, "no more than the warm-up of 5000");
   refused({}, "--orders");
+}
+
+// ------------------------------------------------------------------------------------------- filters, not trends
+
+/// v'' + 20 v' + 400 v = 1e6 u: natural frequency 20 rad/s, damping ratio 0.5.
+class CtFilters : public CtCommand {
+ protected:
+  void expect_servo(double tolerance) const {
+    const json result = json_file(folder_ / "ct.json");
+    ASSERT_EQ(result["poles"].size(), 2U);
+    EXPECT_NEAR(2.0 * std::numbers::pi * result["poles"][0]["natural_frequency_hz"].get<double>(), 20.0,
+                20.0 * tolerance);
+    EXPECT_NEAR(result["poles"][0]["damping"].get<double>(), 0.5, 0.5 * tolerance);
+    EXPECT_NEAR(result["dc_gain"].get<double>(), 2500.0, 2500.0 * tolerance);
+    EXPECT_TRUE(result["stable"].get<bool>());
+    EXPECT_TRUE(result["warnings"].empty());
+  }
+
+  ProgramRun filters(const std::string& method, const std::vector<std::string>& more,
+                     const std::string& file = "servo.csv") const {
+    std::vector<std::string> arguments = {"--method", method, "--orders", "0,2", "--hold", "zoh", "--json", "ct.json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return ct(arguments, file);
+  }
+};
+
+TEST_F(CtFilters, EveryMethodFindsTheServo) {
+  const std::vector<std::pair<std::string, std::vector<std::string>>> methods = {
+      {"flbf", {}}, {"svf", {}}, {"flbf", {"--iv"}}, {"svf", {"--iv"}}, {"srivc", {}}};
+  for (const auto& [method, more] : methods) {
+    const ProgramRun run = filters(method, more);
+    ASSERT_EQ(run.code, 0) << run.err;
+    // A held input leaves corners in the second derivative of the output, which a spline rounds off: about (w h)^2 at
+    // the highest tone, 0.075^2.
+    expect_servo(6e-3);
+    const json result = json_file(folder_ / "ct.json");
+    EXPECT_EQ(result["method"], method);
+    EXPECT_EQ(result["hold"], "zoh");
+    EXPECT_EQ(result["data"]["initial_state"], "estimated from each record");
+    EXPECT_GT(result["rows"].get<int>(), 1900);
+  }
+}
+
+TEST_F(CtFilters, TheRefitIsExact) {
+  const ProgramRun run = filters("flbf", {"--refit", "-o", "model.json"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  // Without noise the cost goes down to rounding; the search ends when it changes by less than 1e-10 of itself.
+  expect_servo(1e-5);
+  EXPECT_EQ(json_file(folder_ / "ct.json")["refit"]["status"], "converged");
+  const ProgramRun simulation = run_program({"simulate", "model.json", "servo.csv", "--input", "u", "--output", "v",
+                                             "--initial-state", "estimated", "--json", "simulation.json"},
+                                            folder_.path());
+  ASSERT_EQ(simulation.code, 0) << simulation.err;
+  EXPECT_LT(json_file(folder_ / "simulation.json")["metrics"]["nrmse"].get<double>(), 1e-5);
+}
+
+TEST_F(CtFilters, DeviationsAreThoseOfTheNoise) {
+  const Eigen::VectorXd u = problems::two_tones(2000, kSampleTime);
+  const Eigen::VectorXd v = problems::servo_response(u, kSampleTime).velocity_mm_s;
+  write("noisy.csv", u, v + 20.0 * problems::Gaussian(7).vector(v.size()));
+  ASSERT_EQ(filters("srivc", {"--train", "0:1500", "--test", "1500:"}, "noisy.csv").code, 0);
+  const json result = json_file(folder_ / "ct.json");
+  for (const json& one : result["coefficients"]) {
+    const std::string name = one["name"];
+    const double truth = name == "a1" ? 20.0 : name == "a0" ? 400.0 : 1e6;
+    const double deviation = one["standard_deviation"];
+    EXPECT_GT(deviation, 1e-5 * truth) << name;
+    EXPECT_LT(deviation, 0.05 * truth) << name;
+    // Four and a half deviations, and the error of the spline.
+    EXPECT_NEAR(one["value"].get<double>(), truth, 4.5 * deviation + 6e-3 * truth) << name;
+  }
+  // A mean of 500 squares scatters by 6 %, its root by 3 %.
+  EXPECT_NEAR(result["test"]["rmse"].get<double>(), 20.0, 0.15 * 20.0);
+}
+
+TEST_F(CtFilters, ADelayIsTakenOut) {
+  const Eigen::VectorXd u = problems::two_tones(2000, kSampleTime);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(2000);
+  y.tail(1990) = problems::servo_response(u, kSampleTime).velocity_mm_s.head(1990);
+  write("late.csv", u, y);
+  const ProgramRun run = filters("srivc", {"--delay", "10"}, "late.csv");
+  ASSERT_EQ(run.code, 0) << run.err;
+  expect_servo(6e-3);
+  EXPECT_LT(json_file(folder_ / "ct.json")["train"]["nrmse"].get<double>(), 1e-2);
+  const ProgramRun longer = filters("srivc", {"--delay", "2000"}, "late.csv");
+  EXPECT_EQ(longer.code, 1);
+  EXPECT_THAT(longer.err, HasSubstr("--delay 2000"));
+}
+
+TEST_F(CtFilters, TheReportHasItsPictures) {
+  ASSERT_EQ(filters("srivc", {"--report", "ct.html", "--quiet"}).code, 0);
+  const std::string page = read_file(folder_ / "ct.html");
+  for (const char* id : {"measured-zoom", "bode-G", "pole-zero-G", "residual-cross-correlation"}) {
+    EXPECT_THAT(page, HasSubstr("<figure id=\"" + std::string(id) + "\"")) << id;
+  }
+}
+
+TEST_F(CtFilters, TellsOfBreakPointsAndRank) {
+  // Above the lowest frequency that two seconds show, pi rad/s, up to beyond the Nyquist frequency, 3142 rad/s.
+  const ProgramRun outside = filters("flbf", {"--break-points", "10:10000"});
+  EXPECT_EQ(outside.code, 0) << outside.err;
+  EXPECT_TRUE(json_file(folder_ / "ct.json")["flags"]["break_points_outside_band"].get<bool>());
+  EXPECT_THAT(outside.err, HasSubstr("break point"));
+  const ProgramRun beyond = filters("flbf", {"--break-points", "10000:20000"});
+  EXPECT_EQ(beyond.code, 1);
+  EXPECT_THAT(beyond.err, HasSubstr("outside the band of the data"));
+}
+
+TEST_F(CtFilters, RefusesOptionsOfOtherMethods) {
+  const auto refused = [&](const std::vector<std::string>& more, const std::string& words) {
+    const ProgramRun run = ct(more);
+    EXPECT_EQ(run.code, 1) << run.err;
+    EXPECT_THAT(run.err, HasSubstr(words));
+  };
+  const std::string filters_only = "does not belong to --method tustin";
+  refused({"--orders", "1,2", "--hold", "foh"}, "--hold: " + filters_only);
+  refused({"--orders", "1,2", "--break-points", "1:2"}, "--break-points: " + filters_only);
+  refused({"--orders", "1,2", "--iv"}, "--iv: " + filters_only);
+  refused({"--orders", "1,2", "--refit"}, "--refit: " + filters_only);
+  refused({"--orders", "1,2", "--max-iterations", "9"}, "--max-iterations: " + filters_only);
+  refused({"--orders", "1,2", "--method", "flbf", "--without", "b1"}, "--without: does not belong to --method flbf");
+  refused({"--orders", "1,2", "--method", "svf", "--max-delay", "3"}, "--max-delay: does not belong to --method svf");
+  refused({"--orders", "1,2", "--method", "srivc", "--iv"}, "srivc refines instrumental variables itself");
+  refused({"--orders", "3,2", "--method", "flbf"}, "expected NB,NA with 0 <= NB <= NA");
+  refused({"--orders", "1,2", "--method", "flbf", "--hold", "wave"}, "--hold wave: expected one of zoh");
+  refused({"--orders", "1,2", "--method", "flbf", "--break-points", "5"}, "expected LO:HI");
 }
 
 }  // namespace

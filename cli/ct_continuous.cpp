@@ -1,0 +1,161 @@
+#include <blockid/cli/ct_outcome.hpp>
+
+#include <blockid/cli/excited_band.hpp>
+#include <blockid/cli/fit_outcome.hpp>
+#include <blockid/cli/text_table.hpp>
+#include <blockid/data/error.hpp>
+#include <blockid/estimators/continuous_fit.hpp>
+#include <blockid/estimators/continuous_refit.hpp>
+
+#include <cmath>
+#include <utility>
+
+namespace blockid::cli {
+namespace {
+
+/// The output of a system is smoother than a held input: a spline between its samples.
+Hold output_hold(Hold input) { return input == Hold::zero_order ? Hold::cubic : input; }
+
+ContinuousMethod method_of(const CtCommand& command) {
+  if (command.method == "srivc") {
+    if (command.iv) fail("--iv: belongs to --method flbf and svf; srivc refines instrumental variables itself");
+    return ContinuousMethod::refined_instrumental_variables;
+  }
+  return command.iv ? ContinuousMethod::instrumental_variables : ContinuousMethod::least_squares;
+}
+
+Eigen::VectorXd points_of(const CtCommand& command, Index count, const DataSet& data) {
+  if (!command.break_points.empty()) return parse_break_points(command.break_points, count, sampled_band(data));
+  const FrequencyRange band = excited_band(data);
+  return break_points(band.low, band.high, count);
+}
+
+RationalBasis basis_of(const CtCommand& command, const Degrees& degrees, const DataSet& data) {
+  const Eigen::VectorXd points = points_of(command, degrees.denominator, data);
+  if (command.method != "svf") return localising_basis(points, degrees.numerator);
+  const double pole = std::exp(points.array().log().mean());
+  return state_variable_basis(degrees.denominator, degrees.numerator, pole);
+}
+
+/// Inputs `delay` samples late: the first outputs, whose inputs are not known, are left out.
+DataSet delayed(const DataSet& data, Index delay) {
+  if (delay == 0) return data;
+  DataSet result;
+  for (const Record& record : data.records) {
+    const Index count = record.u.size() - delay;
+    if (count < 1)
+      fail("--delay ", delay, ": expected less than the ", record.u.size(), " samples of ", describe(record));
+    Record late = slice(record, delay, record.u.size());
+    late.u = record.u.head(count);
+    result.records.push_back(std::move(late));
+  }
+  return result;
+}
+
+/// The record with its input `delay` samples late. What comes before the record: rest, the first sample, or what stands
+/// a period later.
+Record with_late_input(const Record& record, Index delay, InitialState state) {
+  Record late = record;
+  const Index count = record.u.size();
+  for (Index t = 0; t < count; ++t) {
+    Index source = t - delay;
+    if (source < 0 && state == InitialState::periodic) source += (delay / record.period + 1) * record.period;
+    if (source >= 0) {
+      late.u[t] = record.u[source];
+    } else {
+      late.u[t] = state == InitialState::zero ? 0.0 : record.u[0];
+    }
+  }
+  return late;
+}
+
+std::string basis_text(const RationalBasis& basis) {
+  if (basis.kind != BasisKind::localising) return "state-variable filter, pole " + number(basis.points[0]) + " rad/s";
+  return std::to_string(basis.order) + " break points from " + number(basis.points[0]) + " to " +
+         number(basis.points[basis.order - 1]) + " rad/s";
+}
+
+std::vector<std::string> facts_of(const ContinuousFit& fit, const ContinuousFitOptions& options,
+                                  const RationalBasis& basis, Index delay) {
+  return {basis_text(basis) + ", " + blockid::to_text(options.method) + ", delay " + std::to_string(delay) +
+              " samples, " + std::to_string(fit.iterations) + (fit.iterations == 1 ? " iteration" : " iterations"),
+          std::to_string(fit.rows) + " rows, rank " + std::to_string(fit.rank) + " of " + std::to_string(fit.unknowns) +
+              " (initial states included), condition " + number(fit.condition, 4) + ", with columns of unit norm " +
+              number(fit.condition_normalised, 4)};
+}
+
+nlohmann::ordered_json details_of(const ContinuousFit& fit, const ContinuousFitOptions& options,
+                                  const RationalBasis& basis) {
+  return {{"estimator", blockid::to_text(options.method)},
+          {"break_points", std::vector<double>(basis.points.begin(), basis.points.end())},
+          {"output_hold", blockid::to_text(options.output_hold)},
+          {"iterations", fit.iterations},
+          {"rows", fit.rows},
+          {"rank", fit.rank},
+          {"unknowns", fit.unknowns},
+          {"condition", finite_or_null(fit.condition)},
+          {"condition_normalised", finite_or_null(fit.condition_normalised)},
+          {"noise_standard_deviation", finite_or_null(fit.noise_deviation)},
+          {"flags",
+           {{"unstable", fit.flags.unstable},
+            {"break_points_outside_band", fit.flags.break_points_outside_band},
+            {"rank_deficient", fit.flags.rank_deficient},
+            {"not_converged", fit.flags.not_converged}}}};
+}
+
+/// Ends in least squares of the simulation error from the estimate.
+void refit(CtEstimate& estimate, const DataSet& data, Hold hold, const PredictionOptions& prediction) {
+  RefitOptions options;
+  options.prediction = prediction;
+  const ContinuousRefit refined = blockid::refit(estimate.transfer_function, data, hold, options);
+  estimate.transfer_function = refined.transfer_function;
+  estimate.covariance = refined.covariance;
+  estimate.facts.push_back("refitted to the simulation error: " + blockid::to_text(refined.report.status) + " after " +
+                           std::to_string(refined.report.iterations) + " iterations");
+  estimate.details["refit"] = {{"status", blockid::to_text(refined.report.status)},
+                               {"iterations", refined.report.iterations}};
+}
+
+}  // namespace
+
+CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, const PredictionOptions& prediction) {
+  const Degrees degrees = parse_degrees(command.orders);
+  const DataSet late = delayed(data, command.delay);
+  ContinuousFitOptions options;
+  options.method = method_of(command);
+  options.input_hold = parse_hold(command.hold.empty() ? "spline3" : command.hold);
+  options.output_hold = output_hold(options.input_hold);
+  options.smoothed_regressand = options.input_hold == Hold::first_order;
+  options.initial_state = prediction.initial_state;
+  options.warmup = prediction.warmup;
+  if (command.max_iterations > 0) options.max_iterations = command.max_iterations;
+  const RationalBasis basis = basis_of(command, degrees, late);
+  const ContinuousFit fit = fit_continuous(late, basis, options);
+  CtEstimate estimate;
+  estimate.transfer_function = fit.model;
+  estimate.covariance = fit.covariance;
+  estimate.delay = command.delay;
+  estimate.hold = options.input_hold;
+  estimate.facts = facts_of(fit, options, basis, command.delay);
+  estimate.details = details_of(fit, options, basis);
+  ContinuousFitFlags flags = fit.flags;
+  if (command.refit) {
+    refit(estimate, late, options.input_hold, prediction);
+    flags.unstable = !is_stable(estimate.transfer_function);
+  }
+  estimate.warnings = texts(flags);
+  if (!estimate.covariance.allFinite()) estimate.covariance.resize(0, 0);
+  estimate.summary = summary_of(estimate.transfer_function, estimate.covariance);
+  return estimate;
+}
+
+Evaluation evaluate(const CtEstimate& estimate, const Model& model, const DataSet& data,
+                    const PredictionOptions& prediction) {
+  const ContinuousSimulation options{estimate.hold, prediction.initial_state, prediction.warmup};
+  return evaluate(model, data, prediction.warmup, [&](const Record& record) {
+    return simulate(estimate.transfer_function, with_late_input(record, estimate.delay, prediction.initial_state),
+                    options);
+  });
+}
+
+}  // namespace blockid::cli

@@ -1,0 +1,16 @@
+// Where a measured input has its power.
+#pragma once
+
+#include <blockid/cli/continuous_options.hpp>
+#include <blockid/data/data_set.hpp>
+
+namespace blockid::cli {
+
+/// From one turn in the longest record to the Nyquist frequency, rad/s: what the samples can show at all.
+FrequencyRange sampled_band(const DataSet& data);
+
+/// The band that leaves out 1 % of the power of the input, mean removed, at either end; of the longest record. At least
+/// a factor of 4 wide, within sampled_band().
+FrequencyRange excited_band(const DataSet& data);
+
+}  // namespace blockid::cli
