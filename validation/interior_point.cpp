@@ -18,6 +18,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// How far a step goes towards the boundary of the cone.
 constexpr double kStepFraction = 0.95;
 constexpr int kLanczosSteps = 40;
+/// Negative powers of ten that are added to the scaled normal matrix when it is not positive definite.
+constexpr int kFirstRidge = 15;
+constexpr int kLastRidge = 6;
 /// Near the end, when this many iterations gain less than a tenth of the gap, rounding has the last word.
 constexpr int kPatience = 4;
 constexpr double kNearTheEnd = 1e-5;
@@ -182,11 +185,14 @@ bool InteriorPoint::set_normal_matrix() {
   if (!(normal_.diagonal().minCoeff() > 0.0)) return false;
   scale_ = normal_.diagonal().cwiseSqrt().cwiseInverse();
   normal_ = scale_.asDiagonal() * normal_ * scale_.asDiagonal();
-  for (double ridge = 0.0; ridge <= 1e-6; ridge = std::max(1e-15, 10.0 * ridge)) {
-    normal_factors_.compute(normal_ + ridge * MatrixXd::Identity(normal_.rows(), normal_.cols()));
+  normal_factors_.compute(normal_);
+  for (int decade = kFirstRidge; decade >= kLastRidge; --decade) {
     if (normal_factors_.info() == Eigen::Success) return true;
+    MatrixXd raised = normal_;
+    raised.diagonal().array() += std::pow(10.0, -decade);
+    normal_factors_.compute(raised);
   }
-  return false;
+  return normal_factors_.info() == Eigen::Success;
 }
 
 VectorXd InteriorPoint::solve(const VectorXd& right) const {

@@ -196,7 +196,8 @@ double noise_corrected_bound(const VectorXd& v, const VectorXd& w, double gamma)
   };
   // s off by a factor f loses at most (f + 1/f - 2) / 4 of alpha^2: with f = 2^(1/8), 0.2 %.
   for (int k = -4; k <= 30; ++k) improve(std::ldexp(1.0, -k));
-  for (double step = std::sqrt(2.0); step > std::exp2(0.2); step = std::sqrt(step)) {
+  for (const double exponent : {0.5, 0.25}) {
+    const double step = std::exp2(exponent);
     const double center = best_s;
     improve(center * step);
     improve(center / step);
