@@ -286,7 +286,7 @@ AutomaticResult search(const std::string& who, const Family& family, const Initi
 }  // namespace
 
 AutomaticResult fit_wiener_hammerstein(const DataSet& data, const AutomaticOptions& options) {
-  return search("fit_wiener_hammerstein", {}, fractional(), data, options);
+  return search("fit_wiener_hammerstein", {}, fractional({.random_stages = 0}), data, options);
 }
 
 AutomaticResult fit_with_chosen_orders(const AnyBlock& chain, const DataSet& data, const AutomaticOptions& options,

@@ -41,7 +41,8 @@ struct AutomaticResult {
 
 /// Grows a chain `rational | spline | rational` while the error on held-back data falls:
 ///   1. delay: the smallest one that a table of linear models finds as good as any;
-///   2. equal degrees n = 1, 2, .. of both filters, started by fractional();
+///   2. equal degrees n = 1, 2, .. of both filters, started by fractional() without its random stages: a chain too
+///      small leaves more than noise from any start;
 ///   3. knots of the spline 20, 30, 45;
 ///   4. the spline oversampled by 2, 4, 8, as long as each helps;
 ///   5. one degree more in either filter, started from the smaller model, until neither helps.
@@ -57,6 +58,6 @@ AutomaticResult fit_wiener_hammerstein(const DataSet& data, const AutomaticOptio
 ///
 /// Throws Error for any other chain, and as above.
 AutomaticResult fit_with_chosen_orders(const AnyBlock& chain, const DataSet& data, const AutomaticOptions& options = {},
-                                       const Initialiser& initialiser = fractional());
+                                       const Initialiser& initialiser = fractional({.random_stages = 0}));
 
 }  // namespace blockid

@@ -50,7 +50,11 @@ Initialiser with_plain_static_block(Initialiser initialiser) {
 Initialiser fractional(FractionalOptions options) {
   const Initialiser roads = combined({release(options.release), classify(options.classify),
                                       exhaustive_split(options.split), wiener_and_hammerstein()});
-  const Initialiser both = with_plain_static_block(root_search(roads, options.search));
+  std::vector<Initialiser> stages = {with_plain_static_block(root_search(roads, options.search))};
+  for (int k = 0; k < options.random_stages; ++k) {
+    stages.push_back(with_plain_static_block(root_search(random_starts(options.random), options.random_search)));
+  }
+  const Initialiser both = escalated(std::move(stages), options.escalation);
   return [both](const AnyBlock& chain, const DataSet& data, const InitialiserOptions& settings) {
     const WienerHammersteinStructure structure = wiener_hammerstein_structure(chain, "fractional");
     const bool one_filter = !structure.first_filter || !structure.second_filter;

@@ -3,6 +3,8 @@
 
 #include <blockid/estimators/candidate.hpp>
 #include <blockid/init/classify.hpp>
+#include <blockid/init/escalated.hpp>
+#include <blockid/init/random_starts.hpp>
 #include <blockid/init/release.hpp>
 #include <blockid/init/root_search.hpp>
 #include <blockid/init/split.hpp>
@@ -25,6 +27,11 @@ struct FractionalOptions {
   SplitOptions split = {.max_partitions = 64, .ranking_samples = 5000, .keep = 4};
   /// Around what these find.
   RootSearchOptions search = {};
+  /// Where that leaves more than noise: random starts and the search around them, so many times.
+  int random_stages = 3;
+  RandomStartsOptions random = {.starts = 64, .ranking_samples = 1000};
+  RootSearchOptions random_search = {.starts = 64, .rounds = 12, .width = 6, .samples = 1000};
+  EscalationOptions escalation = {};
 };
 
 /// The fractional approach with both its roads, release() and classify(), and beside them a few splits and the Wiener

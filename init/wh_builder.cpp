@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <utility>
 
@@ -18,12 +19,16 @@ namespace {
 
 /// Knots of the spline that stands in for a static block that is not linear in its parameters.
 constexpr Index kSurrogateKnots = 12;
-/// Samples of its curve that such a block is then fitted to.
-constexpr Index kCurveSamples = 400;
-/// Starts of that fit, how far they lie from the first one, and the share of the curve's deviation that ends it.
-constexpr int kCurveStarts = 16;
-constexpr double kCurveSpread = 4.0;
-constexpr double kCurveTolerance = 0.02;
+/// Points of its curve that such a block is then fitted to.
+constexpr Index kCurvePoints = 100;
+/// Starts of that fit, how far they lie from the first one, iterations of all, how many of them go on to how many.
+constexpr int kCurveStarts = 96;
+constexpr double kCurveSpread = 6.0;
+constexpr int kCurveRace = 12;
+constexpr int kCurveFinalists = 4;
+constexpr int kCurveIterations = 100;
+/// Share of the curve's deviation that ends the fit: what the spline itself may be off.
+constexpr double kCurveTolerance = 0.002;
 constexpr std::uint64_t kCurveSeed = 1;
 
 double standard_deviation(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
@@ -36,22 +41,49 @@ Eigen::VectorXd filtered(const Rational& filter, const Eigen::VectorXd& theta, c
 
 bool lower_error(const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; }
 
-/// The best of several refits to a curve: the first from `start`, the others from draws around its first `drawn`
-/// parameters, the gain behind them in either sign. Ends with the first that is near enough.
+/// The curve (v, w) of a static block at the quantiles of v in equal steps.
+Record curve_of(const Eigen::VectorXd& v, const Eigen::VectorXd& w) {
+  std::vector<Index> order(static_cast<std::size_t>(v.size()));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return v[a] < v[b]; });
+  const Index points = std::min(kCurvePoints, v.size());
+  Record curve;
+  curve.u = Eigen::VectorXd(points);
+  curve.y = Eigen::VectorXd(points);
+  for (Index k = 0; k < points; ++k) {
+    const Index place = points > 1 ? k * (v.size() - 1) / (points - 1) : 0;
+    const Index sample = order[static_cast<std::size_t>(place)];
+    curve.u[k] = v[sample];
+    curve.y[k] = w[sample];
+  }
+  return curve;
+}
+
+/// The best of several refits to a curve: the first from `start`, then the best of a race from draws around its first
+/// `drawn` parameters, the gain behind them in either sign. Ends with the first that is near enough.
 Model fitted_to_curve(const Model& start, Index drawn, const Record& curve) {
   RefitOptions settings;
-  settings.max_iterations = 100;
+  settings.max_iterations = kCurveIterations;
   settings.covariance = false;
-  std::mt19937_64 engine(kCurveSeed);
   const double enough = kCurveTolerance * standard_deviation(curve.y);
   RefitReport best = refit(start, curve, settings);
-  for (int draw = 1; draw < kCurveStarts && !(best.rmse <= enough); ++draw) {
+  if (best.rmse <= enough) return best.model;
+  std::mt19937_64 engine(kCurveSeed);
+  std::vector<RefitReport> race;
+  settings.max_iterations = kCurveRace;
+  for (int draw = 1; draw < kCurveStarts; ++draw) {
     Model other = start;
     for (Index k = 0; k < drawn; ++k) {
       other.parameters[k] += kCurveSpread * (2.0 * 0x1.0p-64 * static_cast<double>(engine()) - 1.0);
     }
     if (draw % 2 == 0) other.parameters.tail(other.parameters.size() - drawn) *= -1.0;
-    RefitReport report = refit(other, curve, settings);
+    race.push_back(refit(other, curve, settings));
+  }
+  std::erase_if(race, [](const RefitReport& report) { return !std::isfinite(report.rmse); });
+  std::stable_sort(race.begin(), race.end(), [](const auto& a, const auto& b) { return a.rmse < b.rmse; });
+  settings.max_iterations = kCurveIterations;
+  for (std::size_t k = 0; k < race.size() && k < kCurveFinalists && !(best.rmse <= enough); ++k) {
+    RefitReport report = refit(race[k].model, curve, settings);
     if (report.rmse < best.rmse || !std::isfinite(best.rmse)) best = std::move(report);
   }
   return best.model;
@@ -154,15 +186,7 @@ Model WienerHammersteinBuilder::with_own_static_block(const Model& surrogate) co
   const std::vector<ChildParameters> parts = top_level_blocks(surrogate);
   const std::size_t place = structure_.static_block;
   const std::vector<Eigen::VectorXd> signals = simulate_signals(surrogate, u);
-  Record curve;
-  const Index step = std::max<Index>(1, u.size() / kCurveSamples);
-  const Index samples = u.size() / step;
-  curve.u = Eigen::VectorXd(samples);
-  curve.y = Eigen::VectorXd(samples);
-  for (Index k = 0; k < samples; ++k) {
-    curve.u[k] = signals[place][k * step];
-    curve.y[k] = signals[place + 1][k * step];
-  }
+  const Record curve = curve_of(signals[place], signals[place + 1]);
   const AnyBlock own = structure_.blocks[place].block.adapted_to(
       {signals[place].data(), static_cast<std::size_t>(signals[place].size())});
   std::vector<LabelledBlock> row = {{"f", own}};
