@@ -1,6 +1,7 @@
 #include <blockid/blocks/knots.hpp>
 
 #include <blockid/blocks/detail/format.hpp>
+#include <blockid/blocks/detail/knot_insertion.hpp>
 #include <blockid/blocks/detail/signal_range.hpp>
 #include <blockid/data/error.hpp>
 
@@ -38,23 +39,6 @@ double quantile(const std::vector<double>& sorted, double level) {
   return (1.0 - part) * sorted[below] + part * sorted[below + 1];
 }
 
-/// Puts a knot into the increasing list unless a neighbour is nearer than `spacing`.
-void insert_apart(std::vector<double>& knots, double knot, double spacing) {
-  const auto right = std::lower_bound(knots.begin(), knots.end(), knot);
-  if (right == knots.begin() || right == knots.end()) return;
-  if (*right - knot < spacing || knot - *(right - 1) < spacing) return;
-  knots.insert(right, knot);
-}
-
-void halve_widest(std::vector<double>& knots) {
-  std::size_t widest = 1;
-  for (std::size_t k = 2; k < knots.size(); ++k) {
-    if (knots[k] - knots[k - 1] > knots[widest] - knots[widest - 1]) widest = k;
-  }
-  const double middle = 0.5 * knots[widest - 1] + 0.5 * knots[widest];
-  knots.insert(knots.begin() + static_cast<Index>(widest), middle);
-}
-
 bool strictly_increasing(const std::vector<double>& knots) {
   return std::adjacent_find(knots.begin(), knots.end(), [](double a, double b) { return !(a < b); }) == knots.end();
 }
@@ -72,9 +56,9 @@ std::vector<double> placed(const char* block, std::span<const double> v, Index c
     std::sort(sorted.begin(), sorted.end());
     for (Index k = 1; k <= count - uniform; ++k) {
       const double level = static_cast<double>(k) / static_cast<double>(count - uniform + 1);
-      insert_apart(knots, quantile(sorted, level), spacing);
+      detail::insert_apart(knots, quantile(sorted, level), spacing);
     }
-    while (std::ssize(knots) < count) halve_widest(knots);
+    while (std::ssize(knots) < count) detail::halve_widest(knots);
   }
   if (!strictly_increasing(knots) || !std::isfinite(range.upper - range.lower)) {
     fail(block, ": its input spans ", detail::number_text(range.lower), " to ", detail::number_text(range.upper),

@@ -1,7 +1,9 @@
 #include <blockid/estimators/fit.hpp>
 
+#include <blockid/blocks/curvature_knots.hpp>
 #include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/series.hpp>
+#include <blockid/blocks/spline.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/parallel_for.hpp>
 #include <blockid/estimators/detail/unknowns.hpp>
@@ -12,8 +14,11 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <mutex>
+#include <optional>
+#include <span>
 
 namespace blockid {
 namespace {
@@ -48,12 +53,47 @@ class SharedProgress {
   std::atomic<bool> cancelled_ = false;
 };
 
-/// The model with the unsettled static blocks of `chain` placed for the signals that reach them now, and fitted anew.
-/// Only what least squares can refill is moved.
-Model with_knots_moved(const Model& model, const AnyBlock& chain, const DataSet& data,
-                       const PredictionOptions& options) {
+/// How an unsettled static block is placed for the signal v that reaches it.
+using Placement =
+    std::function<AnyBlock(const AnyBlock& unsettled, const ChildParameters& current, const Eigen::VectorXd& v)>;
+
+std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+
+/// As the block itself wishes.
+AnyBlock placed_as_wished(const AnyBlock& unsettled, const ChildParameters&, const Eigen::VectorXd& v) {
+  return unsettled.adapted_to(view(v));
+}
+
+/// Whether the block is a spline that was given no more than a number of knots.
+bool leaves_knots_open(const AnyBlock& block) {
+  if (block.target<Spline>() == nullptr) return false;
+  const Arguments arguments = block.arguments();
+  return arguments.size() == 1 && arguments.front().second.front() != '[';
+}
+
+/// Splines whose knots are left open where their present curve bends (curvature_knots.hpp), other blocks as they wish.
+AnyBlock placed_where_bent(const AnyBlock& unsettled, const ChildParameters& current, const Eigen::VectorXd& v) {
+  AnyBlock wished = placed_as_wished(unsettled, current, v);
+  const AnyBlock shape = *static_block_of(unsettled);
+  if (!leaves_knots_open(shape)) return wished;
+  Model f = make_model(*static_block_of(current.block));
+  f.parameters = current.parameters;
+  const auto curve = [&](double x) { return simulate(f, Eigen::VectorXd::Constant(1, x))[0]; };
+  // Between the samples v may go further: the ends are where the block wishes them.
+  const std::vector<double>& knots = static_block_of(wished)->target<Spline>()->knots();
+  Eigen::VectorXd reached(v.size() + 2);
+  reached << v, knots.front(), knots.back();
+  const AnyBlock bent = Spline(curvature_knots(view(reached), curve, std::ssize(knots)));
+  const auto* oversampled = unsettled.target<Oversampled>();
+  return oversampled != nullptr ? AnyBlock(oversampled->around(bent)) : bent;
+}
+
+/// The model with the unsettled static blocks of `chain` placed for the signals that reach them now, and fitted anew;
+/// nothing when no block moves. Only what least squares can refill is moved.
+std::optional<StaticFit> placed_anew(const Model& model, const AnyBlock& chain, const DataSet& data,
+                                     const PredictionOptions& options, const Placement& placement) {
   const auto* wanted = chain.target<Series>();
-  if (wanted == nullptr || affine_parameters(model.chain).empty()) return model;
+  if (wanted == nullptr || affine_parameters(model.chain).empty()) return std::nullopt;
   const std::vector<ChildParameters> current = top_level_blocks(model);
   const std::vector<Eigen::VectorXd> signals = simulate_signals(model, data.records.front().u);
   // What an estimated state does within the warm-up is anybody's guess: no knots for that.
@@ -64,8 +104,8 @@ Model with_knots_moved(const Model& model, const AnyBlock& chain, const DataSet&
     AnyBlock block = current[k].block;
     const AnyBlock& unsettled = wanted->children()[k].block;
     if (static_block_of(unsettled) && unsettled.is_linear_in_parameters() && signals[k].allFinite()) {
-      const AnyBlock placed =
-          unsettled.adapted_to({signals[k].data() + skipped, static_cast<std::size_t>(signals[k].size() - skipped)});
+      const Eigen::VectorXd v = signals[k].tail(signals[k].size() - skipped);
+      const AnyBlock placed = placement(unsettled, current[k], v);
       if (placed.parameter_count() == block.parameter_count() && placed.arguments() != block.arguments()) {
         block = placed;
         moved = true;
@@ -73,12 +113,40 @@ Model with_knots_moved(const Model& model, const AnyBlock& chain, const DataSet&
     }
     blocks.push_back({current[k].label, block});
   }
-  if (!moved) return model;
+  if (!moved) return std::nullopt;
   Model changed = model;
   changed.chain = Series(std::move(blocks));
   changed.standard_deviations.resize(0);
-  const StaticFit fitted = fit_static(changed, data, options);
-  return fitted.finite ? fitted.model : model;
+  StaticFit fitted = fit_static(changed, data, options);
+  if (!fitted.finite) return std::nullopt;
+  return fitted;
+}
+
+double rmse_on(const Model& model, const DataSet& data, const PredictionOptions& options) {
+  const Predictor predictor(model.chain, data, options);
+  const double sum = predictor.sum_of_squares(detail::unknowns_of(model, predictor));
+  return std::sqrt(sum / static_cast<double>(predictor.counted_samples()));
+}
+
+/// Whether a child of the chain is a spline with its knots left open, oversampled or not.
+bool has_open_knots(const AnyBlock& chain) {
+  const std::vector<LabelledBlock> children = chain.children();
+  return std::any_of(children.begin(), children.end(), [](const LabelledBlock& child) {
+    const std::optional<AnyBlock> shape = static_block_of(child.block);
+    return shape && leaves_knots_open(*shape);
+  });
+}
+
+/// The better of the places that the blocks wish and of the knots where their curves bend; the model itself when
+/// nothing moves, or nothing moves for the better.
+Model with_knots_moved(const Model& model, const AnyBlock& chain, const DataSet& data,
+                       const PredictionOptions& options) {
+  const std::optional<StaticFit> wished = placed_anew(model, chain, data, options, placed_as_wished);
+  if (has_open_knots(chain)) {
+    const std::optional<StaticFit> bent = placed_anew(model, chain, data, options, placed_where_bent);
+    if (bent && bent->rmse < (wished ? wished->rmse : rmse_on(model, data, options))) return bent->model;
+  }
+  return wished ? wished->model : model;
 }
 
 RefitOptions round_options(const FitOptions& options, int iterations, const std::string& stage,
@@ -95,12 +163,6 @@ RefitOptions round_options(const FitOptions& options, int iterations, const std:
 }
 
 bool better(const Trial& a, const Trial& b) { return a.refit.rmse < b.refit.rmse; }
-
-double rmse_on(const Model& model, const DataSet& data, const PredictionOptions& options) {
-  const Predictor predictor(model.chain, data, options);
-  const double sum = predictor.sum_of_squares(detail::unknowns_of(model, predictor));
-  return std::sqrt(sum / static_cast<double>(predictor.counted_samples()));
-}
 
 /// The first samples of each record; whole records when that would cut a period or leave too little.
 DataSet shortened(const DataSet& data, Index samples, Index least) {
