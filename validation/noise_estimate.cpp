@@ -48,4 +48,18 @@ double disturbance_gain(const UncertainLoop& loop, const DiscreteTransferFunctio
       .sum();
 }
 
+VectorXd unrecorded_past_bound(double largest, double gain, double pole, Index past, Index count) {
+  if (!(largest >= 0.0) || !std::isfinite(largest) || !(gain >= 0.0) || !std::isfinite(gain)) {
+    fail("unrecorded past: expected a finite input and gain of at least 0, got ", largest, " and ", gain);
+  }
+  if (!(pole >= 0.0 && pole < 1.0)) fail("unrecorded past: expected a pole of at least 0 and below 1, got ", pole);
+  if (past < 0 || count < 1) {
+    fail("unrecorded past: expected a past of at least 0 samples and a window of at least 1, got ", past, " and ",
+         count);
+  }
+  return VectorXd::NullaryExpr(count, [&](Index t) {
+    return largest * gain * std::pow(pole, static_cast<double>(past + t + 1)) / (1.0 - pole);
+  });
+}
+
 }  // namespace blockid

@@ -31,4 +31,11 @@ NoiseEstimate noise_from_quiet_run(const UncertainLoop& loop, const Eigen::Vecto
 /// Source: Crowder and de Callafon, equation (27).
 double disturbance_gain(const UncertainLoop& loop, const DiscreteTransferFunction& plant);
 
+/// (count,) b_t = largest gain pole^{past + t} / (1 - pole), t = 1..count: what the unrecorded past may leave in w at
+/// the t-th sample of a window with `past` samples of v before it, when |v| <= largest there and |h_k| <= gain pole^k.
+///
+/// A window that is not from rest becomes sound with |delta_t| <= gamma + b_t: shape_t = 1 + b_t / gamma, from_rest =
+/// true. Throws Error unless largest and gain are finite and not negative, 0 <= pole < 1, past >= 0 and count >= 1.
+Eigen::VectorXd unrecorded_past_bound(double largest, double gain, double pole, Eigen::Index past, Eigen::Index count);
+
 }  // namespace blockid

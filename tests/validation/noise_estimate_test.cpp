@@ -51,6 +51,22 @@ TEST(NoiseEstimates, DisturbanceGainIsAttained) {
   }
 }
 
+// h_k = gain pole^k and v of one sign and size reach the bound, all of the past being unrecorded: w at the t-th sample
+// is what the recorded part leaves, and the geometric series of the rest.
+TEST(NoiseEstimates, UnrecordedPastIsBoundedByItsSeries) {
+  const Index length = 400;  // 0.9^400 is below 1e-18
+  const Index past = 5;
+  const Index count = 8;
+  const VectorXd v = VectorXd::Constant(length + past + count, 2.0);
+  const VectorXd w = filter({polynomial({0.3}), polynomial({1.0, -0.9})}, v);
+  const VectorXd recorded = filter({polynomial({0.3}), polynomial({1.0, -0.9})}, v.tail(past + count));
+  const VectorXd bound = unrecorded_past_bound(2.0, 0.3, 0.9, past, count);
+  EXPECT_LT((w.tail(count) - recorded.tail(count) - bound).cwiseAbs().maxCoeff(), 1e-13);  // some units of 6
+  EXPECT_THAT(message_of([] { unrecorded_past_bound(-1.0, 1.0, 0.5, 0, 1); }), HasSubstr("got -1 and 1"));
+  EXPECT_THAT(message_of([] { unrecorded_past_bound(1.0, 1.0, 1.0, 0, 1); }), HasSubstr("below 1, got 1"));
+  EXPECT_THAT(message_of([] { unrecorded_past_bound(1.0, 1.0, 0.5, -1, 1); }), HasSubstr("got -1 and 1"));
+}
+
 TEST(NoiseEstimates, MistakesAreNamed) {
   const CrowderLoop crowder;
   const VectorXd zero = VectorXd::Zero(50);
