@@ -1,9 +1,9 @@
 #include <blockid/data/error.hpp>
+#include <blockid/data/tail_probability.hpp>
 #include <blockid/init/nonparametric_bla.hpp>
 
 #include <Eigen/Core>
 #include <cmath>
-#include <unsupported/Eigen/SpecialFunctions>
 
 namespace blockid {
 namespace {
@@ -22,12 +22,6 @@ double decibels(double power, double reference) {
 /// Estimate of var(v) for v with E v = sigma^2 and nu complex degrees of freedom: var v = sigma^4 / nu, and
 /// E v^2 = sigma^4 (1 + 1 / nu).
 VectorXd variance_of(const VectorXd& v, Index nu) { return v.array().square() / static_cast<double>(nu + 1); }
-
-/// P(chi^2 with `dof` degrees of freedom > x).
-double chi_square_tail(double x, double dof) { return Eigen::numext::igammac(0.5 * dof, 0.5 * x); }
-
-/// P(standard normal > x).
-double normal_tail(double x) { return 0.5 * std::erfc(x / std::sqrt(2.0)); }
 
 void check_significance(double significance) {
   if (!(significance > 0.0 && significance < 1.0)) {
@@ -93,9 +87,7 @@ VanishingBla bla_vanishes(const NonparametricBla& bla, double significance) {
     result.statistic += 2.0 * nu * std::log1p(ratio);
     result.degrees_of_freedom += 2;
   }
-  result.p_value = std::isinf(result.statistic)
-                       ? 0.0
-                       : chi_square_tail(result.statistic, static_cast<double>(result.degrees_of_freedom));
+  result.p_value = chi_square_tail(result.statistic, static_cast<double>(result.degrees_of_freedom));
   result.vanishes = result.p_value >= significance;
   const BlaPowers p = powers(bla);
   result.explained = std::max(p.linear, 0.0) / (std::max(p.linear, 0.0) + p.rest);

@@ -1,0 +1,14 @@
+#pragma once
+
+namespace blockid {
+
+/// P(X > x) of a chi-square variable with `degrees_of_freedom` > 0, by the incomplete gamma function.
+[[nodiscard]] double chi_square_tail(double x, double degrees_of_freedom);
+
+/// P(X > x) of a standard normal variable.
+[[nodiscard]] double normal_tail(double x);
+
+/// z with P(|X| > z) = significance of a standard normal X, 0 < significance <= 1: 2.5758 for 0.01.
+[[nodiscard]] double two_sided_point(double significance);
+
+}  // namespace blockid

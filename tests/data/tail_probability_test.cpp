@@ -1,0 +1,48 @@
+#include "blockid/data/tail_probability.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace blockid {
+namespace {
+
+/// Some hundred roundings of the series.
+constexpr double kRounding = 1e-13;
+
+TEST(TailProbability, TwoDegreesOfFreedomAreExponential) {
+  for (const double x : {0.1, 1.0, 5.0, 40.0}) {
+    EXPECT_NEAR(chi_square_tail(x, 2.0), std::exp(-0.5 * x), kRounding * std::exp(-0.5 * x));
+  }
+}
+
+TEST(TailProbability, FourDegreesOfFreedomByParts) {
+  for (const double x : {0.1, 1.0, 5.0, 40.0}) {
+    EXPECT_NEAR(chi_square_tail(x, 4.0), (1.0 + 0.5 * x) * std::exp(-0.5 * x), kRounding);
+  }
+}
+
+TEST(TailProbability, OneDegreeOfFreedomIsASquaredNormal) {
+  for (const double z : {0.3, 1.0, 2.575829303548901, 5.0}) {
+    EXPECT_NEAR(chi_square_tail(z * z, 1.0), 2.0 * normal_tail(z), kRounding);
+  }
+  EXPECT_NEAR(2.0 * normal_tail(2.575829303548901), 0.01, 1e-15);
+}
+
+TEST(TailProbability, TwoSidedPointInvertsTheTail) {
+  for (const double significance : {0.5, 0.05, 0.01, 1e-6, 1e-100}) {
+    EXPECT_NEAR(2.0 * normal_tail(two_sided_point(significance)), significance, kRounding * significance);
+  }
+  // Abramowitz and Stegun, table 26.5.
+  EXPECT_NEAR(two_sided_point(0.01), 2.5758293035489, 1e-13);
+}
+
+TEST(TailProbability, Ends) {
+  EXPECT_EQ(chi_square_tail(0.0, 3.0), 1.0);
+  EXPECT_EQ(chi_square_tail(-1.0, 3.0), 1.0);
+  EXPECT_EQ(chi_square_tail(std::numeric_limits<double>::infinity(), 3.0), 0.0);
+}
+
+}  // namespace
+}  // namespace blockid
