@@ -213,7 +213,7 @@ PolynomialIdentification identify_polynomial(const DataSet& data, const Polynomi
     PolynomialFit fit = refit(start.model, data, options);
     best.trials.push_back({start.how, fit.initial_rmse, fit.rmse, fit.status, fit.iterations});
     cancelled = fit.status == FitStatus::cancelled;
-    const PolynomialModel found = fit.model;
+    PolynomialModel found = fit.model;
     if (best.trials.size() == 1 || better(fit, best.fit)) {
       best.fit = std::move(fit);
       best.how = start.how;
