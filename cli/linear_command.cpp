@@ -41,11 +41,11 @@ struct LinearOutcome {
 };
 
 const std::vector<std::string>& keys_of(const std::string& structure) {
-  static const std::map<std::string, std::vector<std::string>> keys = {{"arx", {"na", "nb", "nk"}},
-                                                                       {"armax", {"na", "nb", "nc", "nk"}},
-                                                                       {"oe", {"nb", "nf", "nk"}},
-                                                                       {"bj", {"nb", "nc", "nd", "nf", "nk"}}};
-  return keys.at(structure);
+  static const std::map<std::string, std::vector<std::string>> kKeys = {{"arx", {"na", "nb", "nk"}},
+                                                                        {"armax", {"na", "nb", "nc", "nk"}},
+                                                                        {"oe", {"nb", "nf", "nk"}},
+                                                                        {"bj", {"nb", "nc", "nd", "nf", "nk"}}};
+  return kKeys.at(structure);
 }
 
 Index& order_of(PolynomialOrders& orders, const std::string& key) {
