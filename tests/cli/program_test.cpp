@@ -75,7 +75,8 @@ TEST_F(Program, FitRecoversTheSyntheticSystem) {
   EXPECT_EQ(r["parameters_total"], 20);
   EXPECT_EQ(r["requested_model"], kSyntheticChain);
   EXPECT_THAT(r["model"].get<std::string>(), HasSubstr("polynomial(degree=5,range="));
-  EXPECT_GT(r["iterations"].get<int>(), 0);
+  // May be none: the initialiser's own refits do not count.
+  EXPECT_TRUE(r["iterations"].is_number_unsigned()) << r["iterations"];
   EXPECT_GT(r["wall_seconds"].get<double>(), 0.0);
   EXPECT_EQ(r["seed"], 1);
   EXPECT_EQ(r["threads"], 1);
@@ -108,7 +109,9 @@ TEST_F(Program, FitRecoversTheSyntheticSystem) {
   const json& best = r["candidates"][0];
   EXPECT_TRUE(best["refitted"]);
   EXPECT_THAT(best["how"].get<std::string>(), AnyOf(HasSubstr("release"), HasSubstr("classified")));
-  EXPECT_LT(best["final_rmse"].get<double>(), best["rmse"].get<double>());
+  // The initialiser has refitted its candidates on these samples: the fit may find nothing to mend. Equal to rounding
+  // is no loss to fit().
+  EXPECT_LE(best["final_rmse"].get<double>(), best["rmse"].get<double>() * (1.0 + 1e-9));
 }
 
 TEST_F(Program, SameArgumentsGiveTheSameModel) {
