@@ -1,5 +1,6 @@
 #include <blockid/cli/commands.hpp>
 #include <blockid/cli/exit_codes.hpp>
+#include <blockid/cli/garnier2004.hpp>
 #include <blockid/cli/giordano2015.hpp>
 #include <blockid/cli/janiszowski1999.hpp>
 #include <blockid/cli/outputs.hpp>
@@ -33,6 +34,8 @@ struct Publication {
 /// A new publication is one more entry.
 const std::vector<Publication>& publications() {
   static const std::vector<Publication> kAll = {
+      {"garnier2004", "Garnier, Goodwin, Welsh 2004, section 5: an eighth-order system over four decades", garnier2004},
+      {"garnier2004-robot-arm", "Garnier, Goodwin, Welsh 2004, section 6: a measured robot arm", garnier2004_robot_arm},
       {"giordano2015", "Giordano and Sjoberg 2015, section 5: the fractional approach on a simulated system",
        giordano2015},
       {"janiszowski1999-table1", "Janiszowski 1999, table 1: errors of discrete-time trends under disturbances",

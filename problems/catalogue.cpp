@@ -32,6 +32,7 @@ std::vector<CatalogueEntry> catalogue(const std::filesystem::path& folder) {
       measured("heat_exchanger", "heat exchanger, flow to temperature", heat_exchanger),
       measured("cascaded_tanks", "two tanks with overflow", cascaded_tanks),
       measured("silverbox", "Duffing-like circuit, tested on the arrow", silverbox),
+      measured("robot_arm", "flexible robot arm, torque to acceleration", robot_arm),
       {"synthetic_wiener_hammerstein", "third-order filters around a saturating polynomial",
        [] { return synthetic_wiener_hammerstein(); }},
       {"giordano_sjoberg_2015", "simulation example of Giordano and Sjoberg 2015", [] { return giordano_sjoberg(); }},

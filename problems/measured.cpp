@@ -195,4 +195,21 @@ Problem silverbox(const fs::path& folder) {
           .unit = "mV"};
 }
 
+Problem robot_arm(const fs::path& folder) {
+  constexpr Eigen::Index kPeriod = 4096;
+  LoadSpec spec;
+  spec.path = existing(folder, "robot_arm/contsid_robotarm.mat");
+  spec.input = "Input";
+  spec.output = "Output";
+  spec.sample_time_from = "Ts";
+  Record whole = load_record(spec);
+  whole.period = kPeriod;
+  const auto period = [&](Eigen::Index k) { return slice(whole, (k - 1) * kPeriod, k * kPeriod); };
+  return {.name = "robot_arm",
+          .description = "flexible robot arm, torque to acceleration, one period of a multisine in steady state",
+          .train = period(5),
+          .test = period(7),
+          .unit = ""};
+}
+
 }  // namespace blockid::problems

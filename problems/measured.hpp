@@ -37,4 +37,9 @@ Problem cascaded_tanks(const std::filesystem::path& folder = data_folder());
 /// first 50; mV. Source: Wigren, Schoukens 2013.
 Problem silverbox(const std::filesystem::path& folder = data_folder());
 
+/// Flexible robot arm, torque to tangential acceleration, under a multisine on the odd lines 1..199 of its period:
+/// train on the fifth period, test on the seventh, both in steady state; 4096 samples each at 500 Hz. Source: Kollar,
+/// Pintelon, Schoukens 1994; the periods are those of Garnier, Goodwin, Welsh 2004, section 6.
+Problem robot_arm(const std::filesystem::path& folder = data_folder());
+
 }  // namespace blockid::problems

@@ -1,5 +1,6 @@
 // The figures of publications, computed anew.
 #include "cli/program.hpp"
+#include "support/data_dir.hpp"
 #include "support/temp_dir.hpp"
 
 #include <gmock/gmock.h>
@@ -165,6 +166,38 @@ TEST(Reproduce, WelshAndGoodwin2003Theorem1) {
   EXPECT_EQ(result["pictures"].size(), blockid::cli::gnuplot_is_there() ? 2U : 0U);
 }
 
+TEST(Reproduce, GarnierGoodwinWelsh2004) {
+  const TempDir folder;
+  const ProgramRun run = run_program({"reproduce", "garnier2004", "--json", "r.json"}, folder.path());
+  EXPECT_EQ(run.code, 0) << run.out << run.err;
+  const json result = json_file(folder / "r.json");
+  EXPECT_TRUE(result["pass"].get<bool>());
+  EXPECT_EQ(result["rows"].size(), 12U);
+  EXPECT_EQ(result["notes"].size(), 5U);
+  EXPECT_DOUBLE_EQ(result["rows"][0]["published"].get<double>(), 1.4e14);
+  EXPECT_DOUBLE_EQ(result["rows"][1]["published"].get<double>(), 4120.0);
+}
+
+TEST(Reproduce, RobotArm) {
+  BLOCKID_DATA_FILE_OR_SKIP(file, "robot_arm/contsid_robotarm.mat");
+  const TempDir folder;
+  const std::string data = "BLOCKID_DATA_DIR=" + blockid::testing::data_dir().string();
+  const ProgramRun run = run_program({"reproduce", "garnier2004-robot-arm", "--json", "r.json"}, folder.path(), {data});
+  EXPECT_EQ(run.code, 0) << run.out << run.err;
+  const json result = json_file(folder / "r.json");
+  EXPECT_TRUE(result["pass"].get<bool>());
+  const json& last = result["rows"].back();
+  EXPECT_GE(last["reproduced"].get<double>(), 0.96);
+}
+
+TEST(Reproduce, RobotArmNamesTheMissingRecord) {
+  const TempDir folder;
+  const ProgramRun run = run_program({"reproduce", "garnier2004-robot-arm"}, folder.path(),
+                                     {"BLOCKID_DATA_DIR=" + folder.path().string()});
+  EXPECT_NE(run.code, 0);
+  EXPECT_THAT(run.err, HasSubstr("robot_arm/contsid_robotarm.mat"));
+}
+
 TEST(Reproduce, ListsAndRefusesUnknownNames) {
   const TempDir folder;
   const ProgramRun list = run_program({"reproduce", "--list"}, folder.path());
@@ -172,7 +205,7 @@ TEST(Reproduce, ListsAndRefusesUnknownNames) {
   EXPECT_THAT(list.out, HasSubstr("giordano2015"));
   const ProgramRun unknown = run_program({"reproduce", "nobody1900"}, folder.path());
   EXPECT_EQ(unknown.code, 1);
-  EXPECT_THAT(unknown.err, HasSubstr("expected giordano2015"));
+  EXPECT_THAT(unknown.err, HasSubstr("expected garnier2004, garnier2004-robot-arm, giordano2015"));
   EXPECT_EQ(run_program({"reproduce"}, folder.path()).code, 1);
 }
 

@@ -28,7 +28,24 @@ TEST(MeasuredProblems, MissingRecordsAreNamed) {
     EXPECT_THAT([&] { entry.load(); }, ThrowsMessage<Error>(HasSubstr("BLOCKID_DATA_DIR"))) << entry.name;
     EXPECT_THAT([&] { entry.load(); }, ThrowsMessage<Error>(HasSubstr(empty.path().string()))) << entry.name;
   }
-  EXPECT_EQ(measured, 5);
+  EXPECT_EQ(measured, 6);
+}
+
+TEST(MeasuredProblems, RobotArm) {
+  BLOCKID_DATA_FILE_OR_SKIP(file, "robot_arm/contsid_robotarm.mat");
+  const Problem problem = robot_arm(data_dir());
+  for (const DataSet& data : {problem.train, problem.test}) {
+    ASSERT_EQ(data.records.size(), 1U);
+    const Record& record = data.records.front();
+    EXPECT_EQ(record.u.size(), 4096);
+    EXPECT_EQ(record.period, 4096);
+    EXPECT_DOUBLE_EQ(record.sample_time_s, 0.002);
+  }
+  // The input repeats; measured, it does so up to its noise, a fifth of it. Unrelated periods would differ by sqrt(2).
+  const Eigen::VectorXd& fifth = problem.train.records.front().u;
+  const Eigen::VectorXd& seventh = problem.test.records.front().u;
+  EXPECT_LT((fifth - seventh).norm(), 0.5 * fifth.norm());
+  EXPECT_GT((fifth - seventh).norm(), 0.0);
 }
 
 TEST(MeasuredProblems, WienerHammerstein2009) {
