@@ -7,6 +7,8 @@ namespace blockid::cli {
 
 int run_fit(const FitCommand& command);
 int run_simulate(const SimulateCommand& command);
+int run_validate(const ValidateCommand& command);
+int run_closed_loop(const ClosedLoopCommand& command);
 int run_bla(const BlaCommand& command);
 int run_ct(const CtCommand& command);
 int run_frf(const FrfCommand& command);

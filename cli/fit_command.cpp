@@ -158,14 +158,6 @@ void check_automatic(const FitCommand& command) {
     fail("--orders auto: --model wh chooses the orders anyway");
 }
 
-/// Samples of a batch of the sandwich: enough batches for their covariance, long enough for the residual to forget.
-Index batch_length(const DataSet& data) {
-  constexpr Index kBatches = 200;
-  constexpr Index kShortest = 20;
-  constexpr Index kLongest = 1000;
-  return std::clamp<Index>(total_samples(data) / kBatches, kShortest, kLongest);
-}
-
 /// Puts the sandwich covariance in the place of that for white residuals.
 void make_robust(FitResult& fit, const DataSet& data, const FitOptions& options) {
   CovarianceOptions settings;
@@ -181,6 +173,13 @@ void make_robust(FitResult& fit, const DataSet& data, const FitOptions& options)
 }
 
 }  // namespace
+
+Index batch_length(const DataSet& data) {
+  constexpr Index kBatches = 200;
+  constexpr Index kShortest = 20;
+  constexpr Index kLongest = 1000;
+  return std::clamp<Index>(total_samples(data) / kBatches, kShortest, kLongest);
+}
 
 FitOutcome make_outcome(FitResult fit, const SplitData& data, const PredictionOptions& prediction,
                         const std::vector<std::string>& frozen) {

@@ -56,6 +56,9 @@ FitOutcome make_outcome(FitResult fit, const SplitData& data, const PredictionOp
 /// Estimated standard deviation of the output noise, sqrt(r'r / (n - rank)) on the training data; NaN when unknown.
 double noise_standard_deviation(const FitOutcome& outcome);
 
+/// Samples of a batch of the sandwich covariance: enough batches, long enough for the residual to forget.
+Index batch_length(const DataSet& data);
+
 /// What the standard deviations assume, in words.
 std::string covariance_text(const FitOutcome& outcome);
 

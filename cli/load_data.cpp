@@ -31,9 +31,17 @@ std::vector<Range> parsed(const std::vector<std::string>& texts, const char* opt
   return ranges;
 }
 
+void thin(Record& record, std::int64_t every) {
+  record.u = thinned(record.u, every);
+  record.y = thinned(record.y, every);
+  if (record.weights.size() > 0) record.weights = thinned(record.weights, every);
+}
+
 bool overlap(const Range& a, const Range& b) { return a.begin < b.end && b.begin < a.end; }
 
 }  // namespace
+
+Eigen::VectorXd thinned(const Eigen::VectorXd& x, std::int64_t every) { return x(Eigen::seq(0, x.size() - 1, every)); }
 
 Record load(const DataOptions& options, std::optional<double> sample_time_s) {
   LoadSpec spec;
@@ -52,6 +60,8 @@ Record load(const DataOptions& options, std::optional<double> sample_time_s) {
   }
   if (given == 0) spec.sample_time_s = sample_time_s;
   Record record = load_record(spec);
+  if (options.every > 1) thin(record, options.every);
+  if (given > 0) record.sample_time_s *= static_cast<double>(options.every);
   if (sample_time_s && std::abs(record.sample_time_s - *sample_time_s) > kSameSampleTime * *sample_time_s) {
     fail(options.file, ": sampled every ", record.sample_time_s, " s, but the model every ", *sample_time_s, " s");
   }

@@ -14,8 +14,12 @@ namespace blockid::cli {
 
 /// The whole record with period and units. sample_time_s: taken when the options give none, and compared with what they
 /// give otherwise; without it exactly one of the options must say the sample time.
+/// --every thins the samples; a sample time from the options is that of the file, one from a model that after thinning.
 /// Throws Error for what load_record() refuses and sample times that differ.
 Record load(const DataOptions& options, std::optional<double> sample_time_s = std::nullopt);
+
+/// Samples 0, every, 2 every, ... of x (N,).
+Eigen::VectorXd thinned(const Eigen::VectorXd& x, std::int64_t every);
 
 /// Training and test records with the ranges that cut them out, open ends resolved.
 struct SplitData {

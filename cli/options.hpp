@@ -22,6 +22,8 @@ struct DataOptions {
   std::string output_unit;
   /// Samples in one period of the input; 0 when aperiodic.
   std::int64_t period = 0;
+  /// Every so many samples of the file are taken.
+  std::int64_t every = 1;
 };
 
 /// How predictions start and what is scored.
@@ -76,6 +78,53 @@ struct SimulateCommand {
   std::string range;
   std::string csv;
   std::string json;
+  bool quiet = false;
+};
+
+struct ValidateCommand {
+  std::string model;
+  DataOptions data;
+  ScoringOptions scoring;
+  /// Samples that the model was fitted to; empty: not known.
+  std::vector<std::string> train;
+  /// Samples to judge; empty: those of `train`, or all.
+  std::vector<std::string> ranges;
+  int lags = 25;
+  double significance = 0.01;
+  /// Standard deviation of the noise, when it is known.
+  std::optional<double> noise;
+  std::string json;
+  std::string report;
+  bool quiet = false;
+};
+
+struct ClosedLoopCommand {
+  DataOptions data;
+  /// Files or coefficients, see transfer_function.hpp.
+  std::string plant;
+  std::string controller;
+  std::string weight;
+  std::optional<std::string> reference;
+  /// Samples of the experiment, which begins at rest; empty: all.
+  std::string range;
+  /// Samples at the start whose mean is the operating point; 0: none.
+  std::int64_t rest = 0;
+  /// Where poles on or outside the unit circle are moved to in the coprime factors.
+  double factor_pole = 0.9;
+  std::optional<double> gamma;
+  /// Samples without a reference, for the noise bound; empty: none.
+  std::string quiet_run;
+  double safety = 1.2;
+  /// Samples of a window; 0: the record as a whole.
+  std::int64_t window = 0;
+  std::int64_t step = 0;
+  std::int64_t past = -1;
+  std::int64_t memory = -1;
+  std::int64_t longest = 500;
+  bool curve = false;
+  int bands = 0;
+  std::string json;
+  std::string report;
   bool quiet = false;
 };
 

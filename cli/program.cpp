@@ -57,6 +57,13 @@ void add_data_options(CLI::App& app, DataOptions& data, Signals signals, const s
   app.add_flag("--allow-missing", data.allow_missing,
                "output samples that are NaN or empty cells count as missing (default: an error)")
       ->group(group);
+  app.add_option(
+         "--every", data.every,
+         "take every K-th sample of the file, without a filter; the rate is that of the file, period and ranges "
+         "count the samples taken (default: 1)")
+      ->type_name("K")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
   app.add_option("--period", data.period, "samples in one period of the input (default: 0, aperiodic)")
       ->type_name("N")
       ->check(CLI::NonNegativeNumber)
@@ -184,6 +191,44 @@ void add_simulate(CLI::App& program, SimulateCommand& command) {
   add_file(app, "-o,--save", command.csv,
            "CSV with the columns t_s, u, y (with --output), yhat, error (with --output)");
   add_file(app, "--json", command.json, "metrics as JSON");
+  add_quiet(app, command.quiet)->group("Results");
+}
+
+void add_validate(CLI::App& program, ValidateCommand& command) {
+  CLI::App& app = *program.add_subcommand(
+      "validate", "residual tests: is a model good enough; exit code 5 when the data contradict it");
+  app.footer(kExitCodesText);
+  app.add_option("MODEL", command.model, "model file (JSON) as written by fit")->required();
+  add_data_options(app, command.data, Signals::input_and_output, " (default: the model's)");
+  const std::string group = "Ranges (samples, zero-based, half-open; repeatable, each a record of its own)";
+  add_repeated(app, "--range", command.ranges, "samples to judge the model on (default: those of --train, else all)")
+      ->type_name("A:B")
+      ->group(group);
+  add_repeated(app, "--train", command.train,
+               "samples of DATA that the model was fitted to, with the same --warmup and --initial-state; without "
+               "--range the tests are made on them, with it they say how uncertain the parameters are (default: not "
+               "known, the parameters count as exact)")
+      ->type_name("A:B")
+      ->group(group);
+  add_scoring(app, command.scoring, kStates);
+  const std::string tests = "Tests";
+  constexpr int kMostLags = 1000;
+  app.add_option("--lags", command.lags, "longest lag in samples (default: 25)")
+      ->type_name("K")
+      ->check(CLI::Range(1, kMostLags))
+      ->group(tests);
+  app.add_option("--significance", command.significance,
+                 "probability that a right model fails, for each test (default: 0.01)")
+      ->type_name("P")
+      ->group(tests);
+  app.add_option("--noise", command.noise,
+                 "standard deviation of the noise in units of the output, when it is known: the residual is compared "
+                 "with it (default: none)")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber)
+      ->group(tests);
+  add_file(app, "--json", command.json, "all tests with correlations and bands as JSON");
+  add_file(app, "--report", command.report, "self-contained HTML report; its pictures need gnuplot");
   add_quiet(app, command.quiet)->group("Results");
 }
 
@@ -438,6 +483,95 @@ void add_linear(CLI::App& program, LinearCommand& command) {
   add_quiet(app, command.quiet)->group("Results");
 }
 
+void add_closed_loop(CLI::App& program, ClosedLoopCommand& command) {
+  CLI::App& app = *program.add_subcommand(
+      "closed-loop",
+      "whether a closed-loop record contradicts a model with bounded uncertainty; exit code 0 not invalidated, 5 "
+      "invalidated, 6 undecided");
+  app.footer(kExitCodesText);
+  add_data_options(app, command.data, Signals::input_and_output, "");
+  const std::string loop = "Loop (u = r - C y; each a model FILE.json or \"b0,b1,... / a0,a1,...\" in powers of q^-1)";
+  app.add_option("--plant", command.plant, "model of the plant")->type_name("SYSTEM")->required()->group(loop);
+  app.add_option("--controller", command.controller, "the controller C of the experiment")
+      ->type_name("SYSTEM")
+      ->required()
+      ->group(loop);
+  app.add_option("--weight", command.weight, "V, the size of the uncertainty: biproper, stable, minimum phase")
+      ->type_name("SYSTEM")
+      ->required()
+      ->group(loop);
+  app.add_option("--factor-pole", command.factor_pole,
+                 "where the coprime factors move poles on or outside the unit circle to (default: 0.9)")
+      ->type_name("P")
+      ->group(loop);
+  app.add_option("--reference", command.reference,
+                 "signal r, or a gain times it, to check that u = r - C y holds in the record (default: not checked)")
+      ->type_name("NAME|GAIN*NAME")
+      ->group("Data");
+  app.add_option("--range", command.range, "samples of the experiment; it begins at rest (default: all)")
+      ->type_name("A:B")
+      ->group("Data");
+  app.add_option("--rest", command.rest,
+                 "samples at the start of the range whose mean is subtracted from each signal (default: 0, none)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group("Data");
+  const std::string noise = "Noise";
+  CLI::Option* const gamma =
+      app.add_option("--gamma", command.gamma, "largest |delta| that the noise leaves in w (default: none, w is exact)")
+          ->type_name("G")
+          ->check(CLI::NonNegativeNumber)
+          ->group(noise);
+  app.add_option("--quiet-run", command.quiet_run,
+                 "samples of DATA without a reference, from rest: the noise bound is --safety times the largest |w| "
+                 "there")
+      ->type_name("A:B")
+      ->excludes(gamma)
+      ->group(noise);
+  app.add_option("--safety", command.safety, "factor on the noise of the quiet run (default: 1.2)")
+      ->type_name("F")
+      ->group(noise);
+  const std::string test = "Test";
+  CLI::Option* const window =
+      app.add_option("--window", command.window,
+                     "samples of a window; windows all along the record are judged (default: the record as a whole)")
+          ->type_name("N")
+          ->check(CLI::PositiveNumber)
+          ->group(test);
+  app.add_option("--step", command.step, "samples from window to window (default: half a window)")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber)
+      ->needs(window)
+      ->group(test);
+  app.add_option("--past", command.past,
+                 "samples before each window that explain its start (default: as many as --longest allows)")
+      ->type_name("L")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(window)
+      ->group(test);
+  app.add_option("--memory", command.memory,
+                 "samples after which the uncertainty has forgotten its input (default: from the poles of the loop)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group(test);
+  app.add_option("--longest", command.longest,
+                 "most samples of one test; its time grows with the third power (default: 500)")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber)
+      ->group(test);
+  app.add_flag("--curve", command.curve, "uncertainty over noise bound with slopes and elbow (default: off)")
+      ->group(test);
+  constexpr int kMostBands = 200;
+  app.add_option("--bands", command.bands,
+                 "frequencies at which lower bounds of the uncertainty are given (default: 0)")
+      ->type_name("N")
+      ->check(CLI::Range(1, kMostBands))
+      ->group(test);
+  add_file(app, "--json", command.json, "verdict, evidence and all figures as JSON");
+  add_file(app, "--report", command.report, "self-contained HTML report; its pictures need gnuplot");
+  add_quiet(app, command.quiet)->group("Results");
+}
+
 void add_info(CLI::App& program, InfoCommand& command) {
   CLI::App& app = *program.add_subcommand("info", "what a data file or a model file holds");
   app.footer(kExitCodesText);
@@ -475,10 +609,12 @@ void add_reproduce(CLI::App& program, ReproduceCommand& command) {
 struct Commands {
   FitCommand fit;
   SimulateCommand simulate;
+  ValidateCommand validate;
   BlaCommand bla;
   CtCommand ct;
   FrfCommand frf;
   LinearCommand linear;
+  ClosedLoopCommand closed_loop;
   InfoCommand info;
   DemoCommand demo;
   ReproduceCommand reproduce;
@@ -499,10 +635,12 @@ int dispatch(const CLI::App& app, const Commands& commands) {
   const std::string name = app.get_subcommands().front()->get_name();
   if (name == "fit") return run_fit(commands.fit);
   if (name == "simulate") return run_simulate(commands.simulate);
+  if (name == "validate") return run_validate(commands.validate);
   if (name == "bla") return run_bla(commands.bla);
   if (name == "ct") return run_ct(commands.ct);
   if (name == "frf") return run_frf(commands.frf);
   if (name == "linear") return run_linear(commands.linear);
+  if (name == "closed-loop") return run_closed_loop(commands.closed_loop);
   if (name == "info") return run_info(commands.info);
   if (name == "demo") return run_demo(commands.demo);
   return run_reproduce(commands.reproduce);
@@ -516,10 +654,12 @@ int run(int argc, const char* const* argv) {
   Commands commands;
   add_fit(app, commands.fit);
   add_simulate(app, commands.simulate);
+  add_validate(app, commands.validate);
   add_bla(app, commands.bla);
   add_ct(app, commands.ct);
   add_frf(app, commands.frf);
   add_linear(app, commands.linear);
+  add_closed_loop(app, commands.closed_loop);
   add_info(app, commands.info);
   add_demo(app, commands.demo);
   add_reproduce(app, commands.reproduce);

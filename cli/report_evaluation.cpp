@@ -1,7 +1,10 @@
 #include <blockid/cli/report_evaluation.hpp>
 
 #include <blockid/cli/report/figures.hpp>
+#include <blockid/cli/report/residual_figures.hpp>
 #include <blockid/cli/text_table.hpp>
+#include <blockid/data/error.hpp>
+#include <blockid/validation/residual_tests.hpp>
 
 #include <algorithm>
 
@@ -18,6 +21,20 @@ std::vector<std::string> metrics_row(const std::string& name, const Metrics& met
           number(metrics.mae),
           std::to_string(metrics.samples),
           std::to_string(metrics.warmup)};
+}
+
+/// The parameters count as exact.
+void add_correlations(HtmlPage& page, const Shown& shown, bool gnuplot) {
+  const ScoredRecord& scored = *shown.scored;
+  const ResidualRecord record{scored.record.u, scored.yhat, scored_residual(scored), scored_mask(scored), {}, {}};
+  try {
+    for (const Figure& figure : residual_figures(residual_tests({&record, 1}), shown.set)) {
+      add_figure(page, figure, gnuplot);
+    }
+  } catch (const Error& error) {
+    // A report without the tests is worth more than none: too few samples, or a perfect fit.
+    page.warning("No residual tests. " + std::string(error.what()));
+  }
 }
 
 }  // namespace
@@ -54,8 +71,7 @@ void add_simulation(HtmlPage& page, const Shown& shown, bool gnuplot) {
 void add_residuals(HtmlPage& page, const Shown& shown, bool gnuplot) {
   if (!shown.finite()) return;
   page.heading("Residuals");
-  add_figure(page, cross_correlation_figure(*shown.scored, shown.set), gnuplot);
-  add_figure(page, autocorrelation_figure(*shown.scored, shown.set), gnuplot);
+  add_correlations(page, shown, gnuplot);
   add_figure(page, spectrum_figure(*shown.scored, shown.set), gnuplot);
 }
 

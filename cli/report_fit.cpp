@@ -1,5 +1,6 @@
 #include <blockid/cli/report_fit.hpp>
 
+#include <blockid/cli/judgement.hpp>
 #include <blockid/cli/leaf_blocks.hpp>
 #include <blockid/cli/report/figures.hpp>
 #include <blockid/cli/report/gnuplot.hpp>
@@ -9,6 +10,7 @@
 
 #include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/text.hpp>
+#include <blockid/data/error.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -103,6 +105,30 @@ void add_static_blocks(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) 
   }
 }
 
+DataSet data_of(const Evaluation& evaluation) {
+  DataSet data;
+  for (const ScoredRecord& scored : evaluation.records) data.records.push_back(scored.record);
+  return data;
+}
+
+/// The fit's own data tell how uncertain the parameters are on the test data.
+void add_residual_tests(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) {
+  JudgementOptions options;
+  options.prediction = outcome.prediction;
+  options.held = outcome.held;
+  const std::optional<Covariance>& covariance = outcome.fit.report.covariance;
+  if (covariance) options.undetermined = covariance->undetermined;
+  try {
+    const Judgement judgement =
+        judge(outcome.model(), data_of(outcome.train), outcome.test ? data_of(*outcome.test) : DataSet(), options);
+    add_judgement(page, judgement, outcome.output_unit, gnuplot);
+  } catch (const Error& error) {
+    // A report without the tests is worth more than none: a perfect fit, for one, leaves nothing to test.
+    page.heading("Residual tests");
+    page.warning("Not made. " + std::string(error.what()));
+  }
+}
+
 void add_parameters(HtmlPage& page, const FitOutcome& outcome) {
   page.heading("Parameters");
   const Model& model = outcome.model();
@@ -154,7 +180,10 @@ std::string fit_report(const FitOutcome& outcome) {
   add_simulation(page, shown, gnuplot);
   add_filters(page, outcome, gnuplot);
   add_static_blocks(page, outcome, gnuplot);
-  add_residuals(page, shown, gnuplot);
+  if (shown.finite()) {
+    add_residual_tests(page, outcome, gnuplot);
+    add_figure(page, spectrum_figure(*shown.scored, shown.set), gnuplot);
+  }
   add_parameters(page, outcome);
   add_candidates(page, outcome, gnuplot);
   return page.text();

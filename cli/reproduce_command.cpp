@@ -1,4 +1,5 @@
 #include <blockid/cli/commands.hpp>
+#include <blockid/cli/crowder_callafon2003.hpp>
 #include <blockid/cli/exit_codes.hpp>
 #include <blockid/cli/garnier2004.hpp>
 #include <blockid/cli/giordano2015.hpp>
@@ -43,7 +44,10 @@ const std::vector<Publication>& publications() {
       {"janiszowski1999-table2", "Janiszowski 1999, table 2: coefficients of five structures", janiszowski1999_table2},
       {"welsh2003", "Welsh and Goodwin 2003, table 1: five bases over nine decades", welsh2003},
       {"welsh2003-theorem1", "Welsh and Goodwin 2003, theorem 1: condition numbers without end of the band",
-       welsh2003_theorem1}};
+       welsh2003_theorem1},
+      {"crowder-callafon",
+       "Crowder and de Callafon 2003, section V: coprime factor uncertainty of an integrator under PI control",
+       crowder_callafon2003}};
   return kAll;
 }
 

@@ -1,6 +1,5 @@
 #include <blockid/cli/report/figures.hpp>
 
-#include <blockid/cli/report/correlation.hpp>
 #include <blockid/cli/report/envelope.hpp>
 #include <blockid/cli/report/gnuplot.hpp>
 #include <blockid/cli/report/histogram.hpp>
@@ -24,7 +23,6 @@ using Eigen::VectorXd;
 
 constexpr Index kZoomSamples = 400;
 constexpr Index kBuckets = 400;
-constexpr Index kLags = 60;
 constexpr Index kCurvePoints = 300;
 constexpr Index kBins = 60;
 /// Below, a measured frequency response is mostly noise.
@@ -118,8 +116,6 @@ double map_reach(const Points& zeros, const Points& poles) {
 VectorXd decibels(const VectorXd& density) {
   return density.unaryExpr([](double s) { return 10.0 * std::log10(s); });
 }
-
-Index lags_for(const ScoredRecord& scored) { return std::clamp<Index>(scored.yhat.size() / 4, 1, kLags); }
 
 /// Moduli of roots that differ by more are drawn logarithmically.
 constexpr double kLinearSpan = 100.0;
@@ -383,53 +379,6 @@ Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, c
       "border lc rgb '#ffffff' title 'histogram', " +
       (has_band ? std::string("$d using 1:3:4 with filledcurves ") + kBandColour + " title '2 sigma', " : "") +
       "$d using 1:2 with lines ls 2 lw 2 title 'f'\n";
-  return figure;
-}
-
-Figure autocorrelation_figure(const ScoredRecord& scored, const std::string& set) {
-  const Index lags = lags_for(scored);
-  const VectorXd mask = scored_mask(scored);
-  const VectorXd r = autocorrelation(scored_residual(scored), mask, lags);
-  const double band = whiteness_band(static_cast<Index>(mask.sum()));
-  const Index outside = (r.tail(lags).array().abs() > band).count();
-  Figure figure{
-      .id = "residual-autocorrelation",
-      .title = "Autocorrelation of the residual, " + set + " data",
-      .caption = std::to_string(outside) + " of " + std::to_string(lags) +
-                 " lags lie outside the 99 % band of white noise. The model is an output-error model: coloured "
-                 "measurement noise alone leads to correlation here; what the model has missed of the input "
-                 "shows in the cross-correlation above.",
-      .script = {},
-      .height = 300};
-  figure.script = kFigureStyles +
-                  data_block("d", {VectorXd::LinSpaced(lags, 1.0, static_cast<double>(lags)), r.tail(lags)}) +
-                  "band = " + number(band, 8) + "\nset xrange [0.5:" + number(static_cast<double>(lags) + 0.5) +
-                  "]\nset xlabel 'lag [samples]'\nset ylabel 'correlation'\nplot $d using 1:2 with impulses ls 2 "
-                  "lw 2.5 title 'residual', band with lines ls 4 title '99 % band', -band with lines ls 4 notitle\n";
-  return figure;
-}
-
-Figure cross_correlation_figure(const ScoredRecord& scored, const std::string& set) {
-  const Index lags = lags_for(scored);
-  const VectorXd mask = scored_mask(scored);
-  const VectorXd error = scored_residual(scored);
-  const VectorXd r = cross_correlation(scored.record.u, error, mask, lags);
-  const double band = independence_band(autocorrelation(scored.record.u, VectorXd::Ones(mask.size()), lags),
-                                        autocorrelation(error, mask, lags), static_cast<Index>(mask.sum()));
-  const Index outside = (r.array().abs() > band).count();
-  const double width = static_cast<double>(lags);
-  Figure figure{.id = "residual-cross-correlation",
-                .title = "Cross-correlation of input and residual, " + set + " data",
-                .caption = std::to_string(outside) + " of " + std::to_string(r.size()) +
-                           " lags lie outside the 99 % band of independent signals (with the autocorrelations of both "
-                           "taken into account). Positive lags: the residual follows the input.",
-                .script = {},
-                .height = 300};
-  figure.script = kFigureStyles + data_block("d", {VectorXd::LinSpaced(r.size(), -width, width), r}) +
-                  "band = " + number(band, 8) + "\nset xrange [" + number(-width - 0.5) + ":" + number(width + 0.5) +
-                  "]\nset xlabel 'lag [samples]'\nset ylabel 'correlation'\nplot $d using 1:2 with impulses ls 2 "
-                  "lw 2.5 title 'input and residual', band with lines ls 4 title '99 % band', -band with lines ls 4 "
-                  "notitle\n";
   return figure;
 }
 

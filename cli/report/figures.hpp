@@ -5,7 +5,7 @@
 #include <blockid/cli/leaf_blocks.hpp>
 #include <blockid/cli/report/bode_band.hpp>
 #include <blockid/cli/report/html.hpp>
-#include <blockid/cli/report/spectrum.hpp>
+#include <blockid/validation/spectrum.hpp>
 
 #include <blockid/estimators/candidate.hpp>
 
@@ -56,9 +56,6 @@ Figure root_shares_figure(const Candidate& candidate);
 
 /// f with its 2-sigma band over the histogram of its input v.
 Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, const Eigen::VectorXd& v);
-
-Figure autocorrelation_figure(const ScoredRecord& scored, const std::string& set);
-Figure cross_correlation_figure(const ScoredRecord& scored, const std::string& set);
 
 /// Spectra of measured output and error.
 Figure spectrum_figure(const ScoredRecord& scored, const std::string& set);

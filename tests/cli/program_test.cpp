@@ -368,13 +368,14 @@ TEST_F(Program, ReportHoldsEveryPicture) {
   ASSERT_EQ(fit.code, 0) << fit.err;
   const std::string page = blockid::read_file(folder_ / "report.html");
   if (fit.err.find("gnuplot is not installed") != std::string::npos) GTEST_SKIP() << "gnuplot is not here";
-  for (const char* id : {"measured-zoom", "measured-whole", "bode-G1", "pole-zero-G1", "bode-G2", "pole-zero-G2",
-                         "static-f", "residual-cross-correlation", "residual-autocorrelation", "error-spectrum"}) {
+  for (const char* id :
+       {"measured-zoom", "measured-whole", "bode-G1", "pole-zero-G1", "bode-G2", "pole-zero-G2", "static-f",
+        "residual-cross-correlation", "residual-nonlinear", "residual-autocorrelation", "error-spectrum"}) {
     EXPECT_THAT(page, HasSubstr("<figure id=\"" + std::string(id) + "\">"));
   }
-  EXPECT_EQ(occurrences(page, "<svg"), 10);
-  EXPECT_EQ(occurrences(page, "</svg>"), 10);
-  EXPECT_EQ(occurrences(page, "<figure "), 10);
+  EXPECT_EQ(occurrences(page, "<svg"), 11);
+  EXPECT_EQ(occurrences(page, "</svg>"), 11);
+  EXPECT_EQ(occurrences(page, "<figure "), 11);
   for (const char* title : {"Bode picture of G1", "Poles and zeros of G2", "Static block f over the histogram",
                             "Cross-correlation of input and residual", "Spectrum of the error"}) {
     EXPECT_THAT(page, HasSubstr(title));

@@ -5,11 +5,10 @@
 #include <blockid/blocks/text.hpp>
 #include <blockid/cli/leaf_blocks.hpp>
 #include <blockid/cli/report/bode_band.hpp>
-#include <blockid/cli/report/correlation.hpp>
 #include <blockid/cli/report/envelope.hpp>
 #include <blockid/cli/report/histogram.hpp>
-#include <blockid/cli/report/spectrum.hpp>
 #include <blockid/problems/gaussian.hpp>
+#include <blockid/validation/spectrum.hpp>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -33,65 +32,6 @@ using Eigen::VectorXd;
 
 VectorXd vector(std::initializer_list<double> values) {
   return Eigen::Map<const VectorXd>(values.begin(), static_cast<Index>(values.size()));
-}
-
-TEST(Correlation, OfKnownSequences) {
-  // Deviations from the mean 2: -1, 0, 1, 0, -1, 1.
-  const VectorXd x = vector({1, 2, 3, 2, 1, 3});
-  const VectorXd r = autocorrelation(x, VectorXd::Ones(6), 2);
-  ASSERT_EQ(r.size(), 3);
-  EXPECT_DOUBLE_EQ(r[0], 1.0);
-  EXPECT_DOUBLE_EQ(r[1], -1.0 / 4.0);
-  EXPECT_DOUBLE_EQ(r[2], (-1.0 + 0.0 - 1.0 + 0.0) / 4.0);
-}
-
-TEST(Correlation, MaskedSamplesTakeNoPart) {
-  // The masked sample may be anything, even NaN; the mean is that of the others.
-  VectorXd x = vector({1, std::nan(""), 3, 2});
-  const VectorXd r = autocorrelation(x, vector({1, 0, 1, 1}), 3);
-  EXPECT_DOUBLE_EQ(r[1], 0.0);         // only 1 * 0 between the third and fourth
-  EXPECT_DOUBLE_EQ(r[2], -1.0 / 2.0);  // first and third
-  EXPECT_DOUBLE_EQ(r[3], 0.0);
-}
-
-TEST(Correlation, PeakStandsAtTheDelay) {
-  Gaussian gaussian(3);
-  const VectorXd a = gaussian.vector(2000);
-  VectorXd b = VectorXd::Zero(2000);
-  b.tail(1995) = -2.0 * a.head(1995);
-  const VectorXd r = cross_correlation(a, b, VectorXd::Ones(2000), 10);
-  ASSERT_EQ(r.size(), 21);
-  Index place = 0;
-  EXPECT_GT(r.cwiseAbs().maxCoeff(&place), 0.99);
-  EXPECT_EQ(place, 10 + 5);
-  EXPECT_LT(r[place], 0.0);
-}
-
-TEST(Correlation, BandsHoldNinetyNinePercent) {
-  // First-order noise on both sides: 1 + 2 sum (0.8 * 0.6)^k.
-  Gaussian gaussian(5);
-  const Index n = 4000;
-  int outside = 0;
-  int outside_white = 0;
-  constexpr int kRuns = 2000;
-  for (int run = 0; run < kRuns / 20; ++run) {
-    VectorXd a = gaussian.vector(n);
-    VectorXd b = gaussian.vector(n);
-    for (Index t = 1; t < n; ++t) {
-      a[t] += 0.8 * a[t - 1];
-      b[t] += 0.6 * b[t - 1];
-    }
-    const VectorXd ones = VectorXd::Ones(n);
-    const double band = independence_band(autocorrelation(a, ones, 60), autocorrelation(b, ones, 60), n);
-    const VectorXd r = cross_correlation(a, b, ones, 200);
-    for (Index k = 0; k < 20; ++k) {
-      outside += std::abs(r[k * 20]) > band ? 1 : 0;
-      outside_white += std::abs(r[k * 20]) > whiteness_band(n) ? 1 : 0;
-    }
-  }
-  EXPECT_GT(outside, 0.003 * kRuns);
-  EXPECT_LT(outside, 0.025 * kRuns);
-  EXPECT_GT(outside_white, 0.05 * kRuns) << "the band of white noise is too narrow here";
 }
 
 TEST(Spectrum, MeanSquareIsTheIntegral) {

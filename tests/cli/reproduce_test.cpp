@@ -198,6 +198,21 @@ TEST(Reproduce, RobotArmNamesTheMissingRecord) {
   EXPECT_THAT(run.err, HasSubstr("robot_arm/contsid_robotarm.mat"));
 }
 
+TEST(Reproduce, CrowderAndCallafon2003) {
+  const TempDir folder;
+  const ProgramRun run =
+      run_program({"reproduce", "crowder-callafon", "-o", "pictures", "--json", "r.json"}, folder.path());
+  EXPECT_EQ(run.code, 0) << run.out << run.err;
+  const json result = json_file(folder / "r.json");
+  EXPECT_TRUE(result["pass"].get<bool>());
+  EXPECT_EQ(result["rows"].size(), 16U);
+  EXPECT_GE(result["notes"].size(), 13U);
+  if (blockid::cli::gnuplot_is_there()) {
+    for (const char* stem : {"figure2.svg", "figure3.svg"})
+      expect_well_formed(blockid::read_file(folder / "pictures" / stem));
+  }
+}
+
 TEST(Reproduce, ListsAndRefusesUnknownNames) {
   const TempDir folder;
   const ProgramRun list = run_program({"reproduce", "--list"}, folder.path());

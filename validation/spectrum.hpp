@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace blockid::cli {
+namespace blockid {
 
 /// One-sided power spectral density S_k at f_k, in unit^2 / Hz: sum_k S_k df = mean square.
 struct Spectrum {
@@ -30,4 +30,4 @@ CrossSpectrum welch_cross(const Eigen::VectorXd& u, const Eigen::VectorXd& y, do
 /// A power of two with at least eight segments in `samples`, 64 .. 4096.
 Eigen::Index segment_length(Eigen::Index samples);
 
-}  // namespace blockid::cli
+}  // namespace blockid

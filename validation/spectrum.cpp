@@ -1,4 +1,4 @@
-#include <blockid/cli/report/spectrum.hpp>
+#include <blockid/validation/spectrum.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
-namespace blockid::cli {
+namespace blockid {
 namespace {
 
 using Eigen::Index;
@@ -99,4 +99,4 @@ CrossSpectrum welch_cross(const VectorXd& u, const VectorXd& y, double sample_ti
           cross.cwiseProduct(scale)};
 }
 
-}  // namespace blockid::cli
+}  // namespace blockid

@@ -1,0 +1,57 @@
+// All that `blockid closed-loop` has found.
+#pragma once
+
+#include <blockid/validation/band_bound.hpp>
+#include <blockid/validation/coprime_factors.hpp>
+#include <blockid/validation/trade_off.hpp>
+#include <blockid/validation/verdict.hpp>
+#include <blockid/validation/windowed_test.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace blockid::cli {
+
+/// Whether u = r - C y holds in the record.
+struct ReferenceCheck {
+  double error = 0.0;    ///< max |C y + u - r|
+  double largest = 0.0;  ///< max |u|
+};
+
+struct ClosedLoopOutcome {
+  std::string source = {};
+  std::string range = {};
+  double sample_time_s = 1.0;
+  DiscreteTransferFunction plant = {};
+  DiscreteTransferFunction controller = {};
+  DiscreteTransferFunction weight = {};
+  UncertaintySignals signals = {};
+  std::optional<ReferenceCheck> reference = std::nullopt;
+  double noise_bound = 0.0;
+  /// Where the noise bound came from, in words.
+  std::string noise_source = {};
+  Eigen::Index memory = 0;
+  /// Of the record as a whole; none when it was judged window by window.
+  std::optional<UncertaintyVerdict> whole = std::nullopt;
+  std::vector<WindowedVerdict> windows = {};
+  std::optional<TradeOffCurve> curve = std::nullopt;
+  std::vector<BandBound> bands = {};
+  std::vector<std::string> warnings = {};
+
+  /// Invalidated when one of the tests says so; otherwise undecided when one is.
+  Verdict verdict() const;
+};
+
+/// The verdict and its evidence; of windows, how many say what.
+std::string evidence_text(const ClosedLoopOutcome& outcome);
+
+void print_closed_loop(std::ostream& stream, const ClosedLoopOutcome& outcome);
+nlohmann::ordered_json closed_loop_json(const ClosedLoopOutcome& outcome);
+/// The report as one HTML file.
+std::string closed_loop_report(const ClosedLoopOutcome& outcome);
+
+}  // namespace blockid::cli

@@ -1,0 +1,306 @@
+#include <blockid/cli/judgement.hpp>
+
+#include <blockid/cli/fit_outcome.hpp>
+#include <blockid/cli/leaf_blocks.hpp>
+#include <blockid/cli/report/residual_figures.hpp>
+#include <blockid/cli/text_table.hpp>
+
+#include <blockid/data/error.hpp>
+#include <blockid/estimators/gauges.hpp>
+#include <blockid/estimators/refit.hpp>
+#include <blockid/validation/model_residuals.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+
+namespace blockid::cli {
+namespace {
+
+/// Standard deviations from the minimum beyond which a model was not fitted to the records.
+constexpr double kAtMinimum = 0.1;
+
+std::vector<FilterRoots> filters_of(const Model& model) {
+  std::vector<FilterRoots> filters;
+  for (const LeafBlock& leaf : leaf_blocks(model)) {
+    const std::optional<LinearRoots> roots = linear_roots(leaf.block, leaf.parameters);
+    if (roots) filters.push_back({leaf.path, roots->zeros, roots->poles});
+  }
+  return filters;
+}
+
+/// What placed_on() takes for the start of each record, when states are estimated.
+ParameterKnowledge knowledge_of(const Model& model, const DataSet& data, const JudgementOptions& options) {
+  ParameterKnowledge knowledge{.held = options.held, .initial_states = {}};
+  if (options.prediction.initial_state != InitialState::estimated) return knowledge;
+  for (const Record& record : data.records) {
+    knowledge.initial_states.push_back(placed_on(model, record, options.prediction).initial_state);
+  }
+  return knowledge;
+}
+
+std::vector<std::string> names_at(const Model& model, const std::vector<Index>& places) {
+  const std::vector<std::string> all = model.chain.parameter_names();
+  std::vector<std::string> names;
+  for (const Index k : places) names.push_back(all[static_cast<std::size_t>(k)]);
+  return names;
+}
+
+/// Covariance of the free parameters from the training data; robust when their residual is coloured.
+Eigen::MatrixXd free_covariance(const Model& model, const DataSet& training, const ParameterKnowledge& knowledge,
+                                const JudgementOptions& options, bool coloured) {
+  CovarianceOptions settings;
+  settings.prediction = options.prediction;
+  settings.frozen = names_at(model, options.held);
+  settings.hold_gauges = false;
+  settings.robust = coloured;
+  settings.batch = batch_length(training);
+  settings.initial_states = knowledge.initial_states;
+  const Covariance all = covariance(model, training, settings);
+  std::vector<Index> free;
+  for (Index k = 0; k < model.parameters.size(); ++k) {
+    if (!std::binary_search(options.held.begin(), options.held.end(), k)) free.push_back(k);
+  }
+  return all.parameters(free, free);
+}
+
+void add_periodic(Judgement& judgement, const std::vector<ResidualRecord>& records, const DataSet& data,
+                  double significance) {
+  const Index period = data.records.front().period;
+  if (period < 3) return;
+  try {
+    judgement.periodic = periodic_error(records, period, data.records.front().sample_time_s, significance);
+  } catch (const Error& error) {
+    judgement.warnings.push_back("no noise spectrum from the periods: " + std::string(error.what()));
+  }
+}
+
+void add_spectrum_hint(Judgement& judgement) {
+  if (judgement.periodic && !judgement.periodic->passed) {
+    judgement.under_fit.emplace_back(
+        "error spectrum: what the residual repeats from period to period exceeds the noise, so it is the model's");
+  }
+  if (judgement.noise && !judgement.noise->passed) {
+    judgement.under_fit.push_back("noise level: the residual is " + number(judgement.noise->ratio, 4) +
+                                  " times as large as the noise");
+  }
+}
+
+void warn_of_distance(Judgement& judgement) {
+  if (!(judgement.tests.distance_from_minimum > kAtMinimum)) return;
+  judgement.warnings.push_back("the parameters lie " + number(judgement.tests.distance_from_minimum, 3) +
+                               " standard deviations from the best ones for these records: the model was fitted to "
+                               "others, or the fit has not converged");
+}
+
+std::string degrees_text(Index degrees) { return std::to_string(degrees); }
+
+std::string p_text(double p) { return p < 1e-4 ? "< 1e-4" : number(p, 3); }
+
+std::vector<std::vector<std::string>> test_rows(const Judgement& judgement) {
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&](const std::string& name, double statistic, const std::string& degrees, double p, bool passed) {
+    rows.push_back({name, number(statistic, 5), degrees, p_text(p), passed ? "passed" : "FAILED"});
+  };
+  for (const ResidualTest& test : judgement.tests.tests) {
+    add(to_text(test.kind), test.statistic, degrees_text(test.degrees_of_freedom), test.p_value, test.passed);
+    if (test.kind == ResidualTestKind::whiteness && !test.passed) rows.back().back() = "coloured";
+  }
+  if (judgement.periodic) {
+    add("error spectrum", judgement.periodic->statistic, degrees_text(judgement.periodic->degrees_of_freedom),
+        judgement.periodic->p_value, judgement.periodic->passed);
+  }
+  if (judgement.noise) {
+    const NoiseLevelTest& noise = *judgement.noise;
+    add("noise level", noise.samples * noise.ratio * noise.ratio, number(noise.samples, 5), noise.p_value,
+        noise.passed);
+  }
+  return rows;
+}
+
+std::string noise_text(const Judgement& judgement) {
+  const ResidualTests& tests = judgement.tests;
+  return "residual " + number(tests.deviation) + " (standard deviation) over " + std::to_string(tests.samples) +
+         " samples, as an autoregression of order " + std::to_string(tests.noise.order());
+}
+
+nlohmann::ordered_json list_json(const Eigen::VectorXd& values) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const double value : values) list.push_back(finite_or_null(value));
+  return list;
+}
+
+}  // namespace
+
+bool Judgement::passed() const {
+  return tests.model_passed() && (!periodic || periodic->passed) && (!noise || noise->passed);
+}
+
+std::vector<Index> held_places(const Model& model) {
+  std::vector<Index> held;
+  if (model.standard_deviations.size() == model.parameters.size()) {
+    for (Index k = 0; k < model.parameters.size(); ++k) {
+      if (model.standard_deviations[k] == 0.0) held.push_back(k);
+    }
+    return held;
+  }
+  held = gain_gauges(model.chain, model.parameters, {});
+  std::sort(held.begin(), held.end());
+  return held;
+}
+
+Judgement judge(const Model& model, const DataSet& training, const DataSet& test, const JudgementOptions& options) {
+  Judgement result;
+  std::optional<ResidualTests> of_training;
+  std::vector<ResidualRecord> shown;
+  ResidualTestOptions settings = options.tests;
+  ParameterKnowledge knowledge;
+  if (!training.records.empty()) {
+    knowledge = knowledge_of(model, training, options);
+    shown = training_residuals(model, training, options.prediction, knowledge);
+    of_training = residual_tests(shown, settings);
+    result.set = "training";
+    result.parameters = "fitted to these records: the directions that they have used up are not tested";
+    result.tests = *of_training;
+    warn_of_distance(result);
+  }
+  if (!test.records.empty()) {
+    const ParameterKnowledge here = knowledge_of(model, test, options);
+    shown = test_residuals(model, test, options.prediction, here);
+    if (of_training) {
+      const ResidualTest* const whiteness = of_training->find(ResidualTestKind::whiteness);
+      const bool coloured = whiteness != nullptr && !whiteness->passed;
+      settings.covariance = free_covariance(model, training, knowledge, options, coloured);
+      result.set = "test";
+      result.parameters = std::string("fitted to the training data; their covariance there (") +
+                          (coloured ? "robust" : "for white residuals") + ") is part of the bands";
+    } else {
+      for (ResidualRecord& record : shown) record.fitted_elsewhere.resize(record.residual.size(), 0);
+      result.set = "given";
+      result.parameters = "taken as exact, since the training data are not known: their errors count as the model's";
+    }
+    result.tests = residual_tests(shown, settings);
+  }
+  const DataSet& data = test.records.empty() ? training : test;
+  add_periodic(result, shown, data, settings.significance);
+  if (options.noise_deviation) result.noise = noise_level_test(result.tests, *options.noise_deviation);
+  const bool both = of_training && !test.records.empty();
+  if (both) result.errors = compare_errors(*of_training, result.tests);
+  result.under_fit = under_fit_hints(result.tests);
+  add_spectrum_hint(result);
+  result.over_fit = over_fit_hints({.model = model,
+                                    .filters = filters_of(model),
+                                    .undetermined = options.undetermined,
+                                    .training = both ? &*of_training : nullptr,
+                                    .test = both ? &result.tests : nullptr});
+  return result;
+}
+
+std::string verdict_text(const Judgement& judgement) {
+  if (judgement.passed()) return "all tests of the model passed";
+  std::string failed;
+  for (const std::vector<std::string>& row : test_rows(judgement)) {
+    if (row.back() == "FAILED") failed += (failed.empty() ? "" : ", ") + row.front();
+  }
+  return "the records contradict the model: " + failed;
+}
+
+void print_judgement(std::ostream& stream, const Judgement& judgement) {
+  using Align = TextTable::Align;
+  stream << "verdict  " << verdict_text(judgement) << '\n'
+         << "data     " << judgement.set << "; " << noise_text(judgement) << '\n'
+         << "parameters  " << judgement.parameters << '\n';
+  TextTable table;
+  table.columns = {{"test", Align::left},
+                   {"statistic", Align::right},
+                   {"degrees of freedom", Align::right},
+                   {"p", Align::right},
+                   {"", Align::left}};
+  table.rows = test_rows(judgement);
+  print(stream, table);
+  if (judgement.errors) {
+    stream << "test error over training error " << number(judgement.errors->ratio, 4) << ", expected "
+           << number(judgement.errors->expected, 4) << '\n';
+  }
+  for (const std::string& hint : judgement.under_fit) stream << "too little  " << hint << '\n';
+  for (const std::string& hint : judgement.over_fit) stream << "too much    " << hint << '\n';
+}
+
+nlohmann::ordered_json judgement_json(const Judgement& judgement) {
+  using Json = nlohmann::ordered_json;
+  Json tests = Json::array();
+  for (const ResidualTest& test : judgement.tests.tests) {
+    tests.push_back({{"test", to_text(test.kind)},
+                     {"statistic", finite_or_null(test.statistic)},
+                     {"degrees_of_freedom", test.degrees_of_freedom},
+                     {"p_value", finite_or_null(test.p_value)},
+                     {"passed", test.passed},
+                     {"explanation", explanation(test)},
+                     {"lags", list_json(test.lags)},
+                     {"correlations", list_json(test.correlations)},
+                     {"bands", list_json(test.bands)}});
+  }
+  Json result = {{"passed", judgement.passed()},
+                 {"verdict", verdict_text(judgement)},
+                 {"set", judgement.set},
+                 {"parameters", judgement.parameters},
+                 {"significance", judgement.tests.significance},
+                 {"samples", judgement.tests.samples},
+                 {"residual_deviation", finite_or_null(judgement.tests.deviation)},
+                 {"noise_order", judgement.tests.noise.order()},
+                 {"distance_from_minimum", finite_or_null(judgement.tests.distance_from_minimum)},
+                 {"tests", tests}};
+  if (judgement.periodic) {
+    const PeriodicError& error = *judgement.periodic;
+    result["error_spectrum"] = {{"periods", error.periods},
+                                {"statistic", finite_or_null(error.statistic)},
+                                {"degrees_of_freedom", error.degrees_of_freedom},
+                                {"p_value", finite_or_null(error.p_value)},
+                                {"passed", error.passed},
+                                {"frequency_hz", list_json(error.frequency_hz)},
+                                {"error_density", list_json(error.error_density)},
+                                {"noise_density", list_json(error.noise_density)}};
+  }
+  if (judgement.noise) {
+    result["noise_level"] = {{"ratio", finite_or_null(judgement.noise->ratio)},
+                             {"effective_samples", finite_or_null(judgement.noise->samples)},
+                             {"p_value", finite_or_null(judgement.noise->p_value)},
+                             {"passed", judgement.noise->passed}};
+  }
+  if (judgement.errors) {
+    result["test_over_training"] = {{"ratio", finite_or_null(judgement.errors->ratio)},
+                                    {"expected", finite_or_null(judgement.errors->expected)},
+                                    {"p_value", finite_or_null(judgement.errors->p_value)}};
+  }
+  result["under_fit"] = judgement.under_fit;
+  result["over_fit"] = judgement.over_fit;
+  result["warnings"] = judgement.warnings;
+  return result;
+}
+
+void add_judgement(HtmlPage& page, const Judgement& judgement, const std::string& unit, bool gnuplot) {
+  page.heading("Residual tests");
+  const std::string verdict = "Verdict at " + number(100.0 * judgement.tests.significance, 3) +
+                              " % for each test: " + verdict_text(judgement) + ".";
+  if (judgement.passed()) {
+    page.paragraph(verdict);
+  } else {
+    page.warning(verdict);
+  }
+  page.paragraph("On the " + judgement.set + " data: " + noise_text(judgement) +
+                 ". The parameters: " + judgement.parameters + ".");
+  for (const std::string& warning : judgement.warnings) page.warning(warning);
+  page.table({"test", "statistic", "degrees of freedom", "p", ""}, test_rows(judgement));
+  if (judgement.errors) {
+    page.paragraph("The test error is " + number(judgement.errors->ratio, 4) + " times the training error; " +
+                   number(judgement.errors->expected, 4) + " is expected for the number of parameters.");
+  }
+  for (const std::string& hint : judgement.under_fit) page.paragraph("Too little: " + hint + ".");
+  for (const std::string& hint : judgement.over_fit) page.paragraph("Too much: " + hint + ".");
+  for (const Figure& figure : residual_figures(judgement.tests, judgement.set)) add_figure(page, figure, gnuplot);
+  if (judgement.periodic) {
+    add_figure(page, periodic_error_figure(*judgement.periodic, unit, judgement.set), gnuplot);
+  }
+}
+
+}  // namespace blockid::cli

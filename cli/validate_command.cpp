@@ -1,0 +1,90 @@
+#include <blockid/cli/commands.hpp>
+#include <blockid/cli/exit_codes.hpp>
+#include <blockid/cli/judgement.hpp>
+#include <blockid/cli/load_data.hpp>
+#include <blockid/cli/outputs.hpp>
+#include <blockid/cli/report/gnuplot.hpp>
+#include <blockid/cli/report_fit.hpp>
+#include <blockid/cli/text_table.hpp>
+
+#include <blockid/blocks/model_json.hpp>
+#include <blockid/blocks/text.hpp>
+#include <blockid/data/error.hpp>
+
+#include <iostream>
+
+namespace blockid::cli {
+namespace {
+
+/// The records to judge and those that the model was fitted to, either of which may be empty.
+SplitData ranges_of(const ValidateCommand& command, const Record& record) {
+  SplitData data = split(record, {.train = command.train, .test = command.ranges});
+  if (!command.train.empty()) return data;
+  if (command.ranges.empty()) {
+    data.test = data.train;
+    data.test_ranges = data.train_ranges;
+  }
+  data.train = DataSet();
+  data.train_ranges.clear();
+  data.warnings.clear();
+  return data;
+}
+
+std::string task_text(const ValidateCommand& command, const SplitData& data, const Record& record) {
+  std::string text = command.data.file + ", sampled every " + number(record.sample_time_s) + " s";
+  if (!data.train_ranges.empty()) text += "; fitted to samples " + to_text(data.train_ranges);
+  if (!data.test_ranges.empty()) text += "; judged on samples " + to_text(data.test_ranges);
+  return text;
+}
+
+std::string report(const ValidateCommand& command, const Model& model, const Judgement& judgement,
+                   const std::string& task) {
+  HtmlPage page("Validation of " + command.model);
+  page.paragraph(task + ".");
+  page.code(blockid::to_text(model.chain));
+  const bool gnuplot = gnuplot_is_there();
+  if (!gnuplot) page.warning(kGnuplotMissing);
+  const std::string& unit = command.data.output_unit.empty() ? model.output_unit : command.data.output_unit;
+  add_judgement(page, judgement, unit, gnuplot);
+  return page.text();
+}
+
+}  // namespace
+
+int run_validate(const ValidateCommand& command) {
+  const Model model = load_model(command.model);
+  check_outputs({command.json, command.report});
+  if (!command.report.empty()) announce_missing_gnuplot(std::cerr);
+  JudgementOptions options;
+  options.prediction = prediction_options(command.scoring, command.data.period);
+  options.tests.lags = command.lags;
+  options.tests.significance = command.significance;
+  options.held = held_places(model);
+  options.noise_deviation = command.noise;
+  const Record record = load(command.data, model.sample_time_s);
+  const SplitData data = ranges_of(command, record);
+  Judgement judgement = judge(model, data.train, data.test, options);
+  judgement.warnings.insert(judgement.warnings.begin(), data.warnings.begin(), data.warnings.end());
+
+  const std::string task = task_text(command, data, record);
+  for (const std::string& warning : judgement.warnings) std::cerr << "blockid: " << warning << '\n';
+  if (!command.quiet) {
+    std::cout << command.model << " on " << task << '\n' << "model    " << blockid::to_text(model.chain) << '\n';
+    print_judgement(std::cout, judgement);
+  }
+  if (!command.json.empty()) {
+    nlohmann::ordered_json result = {
+        {"format", "blockid-validation"},
+        {"version", BLOCKID_VERSION},
+        {"model", blockid::to_text(model.chain)},
+        {"data", command.data.file},
+        {"train", to_text(data.train_ranges)},
+        {"judged", to_text(data.test_ranges.empty() ? data.train_ranges : data.test_ranges)}};
+    result.update(judgement_json(judgement));
+    write_output(command.json, json_text(result));
+  }
+  if (!command.report.empty()) write_output(command.report, report(command, model, judgement, task));
+  return judgement.passed() ? kSuccess : kInvalidated;
+}
+
+}  // namespace blockid::cli

@@ -1,0 +1,200 @@
+// Closed-loop validation on the command line.
+#include "cli/program.hpp"
+#include "support/temp_dir.hpp"
+
+#include <blockid/blocks/model_json.hpp>
+#include <blockid/blocks/text.hpp>
+#include <blockid/cli/transfer_function.hpp>
+#include <blockid/data/atomic_file.hpp>
+#include <blockid/data/csv.hpp>
+#include <blockid/data/error.hpp>
+#include <blockid/problems/crowder_callafon.hpp>
+#include <blockid/validation/coprime_factors.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace blockid {
+namespace {
+
+using Eigen::VectorXd;
+using nlohmann::json;
+using problems::CrowderCallafon;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::json_file;
+using testing::ProgramRun;
+using testing::run_program;
+using testing::TempDir;
+using ::testing::ThrowsMessage;
+
+constexpr Index kQuiet = 100;
+constexpr Index kSamples = 160;
+
+DiscreteTransferFunction system_of(const problems::Polynomials& g) { return {g.numerator, g.denominator}; }
+
+/// "b0,b1 / a0,a1" with all digits.
+std::string text_of(const problems::Polynomials& g) {
+  const auto list = [](const VectorXd& p) {
+    std::string text;
+    for (const double c : p) text += (text.empty() ? "" : ",") + compose(c);
+    return text;
+  };
+  return list(g.numerator) + " / " + list(g.denominator);
+}
+
+class ClosedLoopCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    // 100 samples without a reference and, from rest again, 160 with one.
+    const VectorXd d = 1e-3 * problems::crowder_reference(kQuiet + kSamples, 7).cwiseMin(2.0).cwiseMax(-2.0);
+    const ClosedLoopRecord quiet = simulate(VectorXd::Zero(kQuiet), d.head(kQuiet));
+    const VectorXd r = problems::crowder_reference(kSamples);
+    const ClosedLoopRecord driven = simulate(r, d.tail(kSamples));
+    Table table;
+    table.has_header = true;
+    table.names = {"u", "y", "r"};
+    table.values = Eigen::MatrixXd::Zero(kQuiet + kSamples, 3);
+    table.values.col(0) << quiet.u, driven.u;
+    table.values.col(1) << quiet.y, driven.y;
+    table.values.col(2).tail(kSamples) = r;
+    write_file_atomically(folder_ / "loop.csv", to_csv(table));
+    table.values.col(0) = table.values.col(0).cwiseMin(0.5).cwiseMax(-0.5);
+    write_file_atomically(folder_ / "saturated.csv", to_csv(table));
+  }
+
+  ClosedLoopRecord simulate(const VectorXd& r, const VectorXd& d) const {
+    return simulate_closed_loop(system_of(loop_.plant()), system_of(loop_.controller()), r, d);
+  }
+
+  ProgramRun run(const std::vector<std::string>& more, double k = CrowderCallafon::kCovers,
+                 const std::string& file = "loop.csv", const std::string& plant = "") const {
+    std::vector<std::string> arguments = {"closed-loop",   file,
+                                          "--input",       "u",
+                                          "--output",      "y",
+                                          "--sample-time", "0.1",
+                                          "--plant",       plant.empty() ? text_of(loop_.model()) : plant,
+                                          "--controller",  text_of(loop_.controller()),
+                                          "--weight",      text_of(loop_.weight(k)),
+                                          "--factor-pole", compose(loop_.pole())};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(arguments, folder_.path());
+  }
+
+  CrowderCallafon loop_;
+  TempDir folder_;
+};
+
+TEST_F(ClosedLoopCommand, LargeEnoughWeightIsNotInvalidated) {
+  const ProgramRun result = run({"--range", "100:", "--quiet-run", "0:100", "--reference", "r", "--json", "v.json"});
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("verdict     not invalidated"));
+  const json outcome = json_file(folder_ / "v.json");
+  EXPECT_EQ(outcome["verdict"], "not invalidated");
+  EXPECT_GT(outcome["noise_bound"].get<double>(), 0.0);
+  EXPECT_LE(outcome["whole"]["noise_needed"].get<double>(), outcome["noise_bound"].get<double>());
+  const ProgramRun doubled = run({"--range", "100:", "--quiet-run", "0:100", "--reference", "2*r", "--quiet"});
+  EXPECT_THAT(doubled.err, HasSubstr("u differs from r - C y"));
+  // The file holds 17 digits, the texts of the systems 10.
+  EXPECT_LT(outcome["reference_check"]["error"].get<double>(), 1e-8);
+}
+
+TEST_F(ClosedLoopCommand, TooSmallWeightIsInvalidated) {
+  const ProgramRun result =
+      run({"--range", "100:", "--quiet-run", "0:100", "--json", "v.json"}, 0.5 * CrowderCallafon::kTight);
+  EXPECT_EQ(result.code, 5) << result.out << result.err;
+  const json outcome = json_file(folder_ / "v.json");
+  EXPECT_EQ(outcome["verdict"], "invalidated");
+  EXPECT_GT(outcome["whole"]["noise_proven"].get<double>(), outcome["noise_bound"].get<double>());
+}
+
+TEST_F(ClosedLoopCommand, WindowsCurveAndBandsWithPictures) {
+  const ProgramRun result = run({"--range", "100:", "--quiet-run", "0:100", "--window", "40", "--step", "40", "--curve",
+                                 "--bands", "4", "--json", "v.json", "--report", "v.html"});
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  const json outcome = json_file(folder_ / "v.json");
+  ASSERT_EQ(outcome["windows"].size(), 4U);
+  EXPECT_EQ(outcome["windows"][3]["first"], 120);
+  EXPECT_EQ(outcome["windows"][3]["past"], 120);
+  EXPECT_EQ(outcome["curve"]["points"].size(), 12U);
+  ASSERT_EQ(outcome["bands"].size(), 4U);
+  const std::string page = read_file(folder_ / "v.html");
+  for (const char* id : {"signals", "windows", "curve", "bands"}) {
+    EXPECT_THAT(page, HasSubstr("<figure id=\"" + std::string(id) + "\">"));
+  }
+  if (result.err.find("gnuplot is not installed") == std::string::npos) {
+    EXPECT_EQ(testing::occurrences(page, "<svg"), 4) << result.err;
+  }
+}
+
+TEST_F(ClosedLoopCommand, SaturationShowsInTheReference) {
+  const ProgramRun result =
+      run({"--range", "100:", "--gamma", "0.1", "--reference", "r"}, CrowderCallafon::kCovers, "saturated.csv");
+  EXPECT_THAT(result.err, HasSubstr("u differs from r - C y"));
+}
+
+TEST_F(ClosedLoopCommand, PlantFromAModelFile) {
+  Model model = make_model(parse("G=rational(nb=0,na=1,nk=1)"), loop_.sample_time_s);
+  model.parameters << loop_.model().numerator[1], loop_.model().denominator[1];
+  write_file_atomically(folder_ / "plant.json", to_json(model));
+  const std::vector<std::string> more = {"--range", "100:", "--gamma", "0.001", "--json"};
+  std::vector<std::string> text = more;
+  text.push_back("text.json");
+  std::vector<std::string> file = more;
+  file.push_back("file.json");
+  EXPECT_EQ(run(text).code, run(file, CrowderCallafon::kCovers, "loop.csv", "plant.json").code);
+  // Ten digits of the text.
+  EXPECT_NEAR(json_file(folder_ / "file.json")["largest_w"].get<double>(),
+              json_file(folder_ / "text.json")["largest_w"].get<double>(), 1e-8);
+}
+
+TEST_F(ClosedLoopCommand, BadInputIsRefused) {
+  const auto error = [&](const std::vector<std::string>& more, double k = CrowderCallafon::kCovers,
+                         const std::string& plant = "") {
+    const ProgramRun result = run(more, k, "loop.csv", plant);
+    EXPECT_EQ(result.code, 1) << result.err;
+    return result.err;
+  };
+  EXPECT_THAT(error({}, CrowderCallafon::kCovers, "0,-5 / 1,-1.2"), HasSubstr("stabilise"));
+  EXPECT_THAT(error({}, CrowderCallafon::kCovers, "one / two"),
+              HasSubstr("expected FILE.json or coefficients of q^-1"));
+  EXPECT_THAT(error({}, CrowderCallafon::kCovers, "1 / 0,1"), HasSubstr("expected a0 other than 0"));
+  EXPECT_THAT(error({}, 0.0), HasSubstr("biproper"));
+  EXPECT_THAT(error({"--range", "0:9999"}), HasSubstr("--range 0:9999"));
+  EXPECT_THAT(error({"--quiet-run", "100:200"}), HasSubstr("reference"));
+  EXPECT_THAT(error({"--longest", "100"}), HasSubstr("more than --longest 100 in one test"));
+  EXPECT_THAT(error({"--window", "40", "--longest", "30"}), HasSubstr("within 30 samples"));
+  EXPECT_THAT(error({"--reference", "absent"}), HasSubstr("absent"));
+  EXPECT_THAT(error({"--reference", "two*r"}), HasSubstr("expected NAME or GAIN*NAME"));
+}
+
+TEST_F(ClosedLoopCommand, NothingThatExcitesTheLoop) {
+  Table table;
+  table.has_header = true;
+  table.names = {"u", "y"};
+  table.values = Eigen::MatrixXd::Constant(50, 2, 0.25);
+  write_file_atomically(folder_ / "still.csv", to_csv(table));
+  const ProgramRun result = run({"--rest", "10"}, CrowderCallafon::kCovers, "still.csv");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("the signal v is zero"));
+}
+
+TEST(TransferFunction, RowsOfLinearBlocks) {
+  Model model = make_model(parse("K=gain() | D=delay(samples=2) | G=rational(nb=1,na=1)"));
+  model.parameters << 2.0, 1.0, 0.5, -0.9;
+  const DiscreteTransferFunction g = cli::transfer_function(model);
+  EXPECT_EQ(cli::to_text(g), "(2 q^-2 + 1 q^-3) / (1 - 0.9 q^-1)");
+  const VectorXd u = problems::crowder_reference(30);
+  EXPECT_LT((filter(g, u) - simulate(model, u)).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_NEAR(cli::magnitude(g, 0.0), 30.0, 1e-12);
+  EXPECT_THAT([] { static_cast<void>(cli::transfer_function(make_model(parse("f=saturation()")))); },
+              ThrowsMessage<Error>(HasSubstr("expected a row of gain, delay, fir, rational and biquads")));
+  EXPECT_THAT([] { static_cast<void>(cli::transfer_function(make_model(parse("[gain() + gain()]")))); },
+              ThrowsMessage<Error>(HasSubstr("a sum of branches")));
+}
+
+}  // namespace
+}  // namespace blockid
