@@ -1,5 +1,5 @@
 #include <blockid/cli/commands.hpp>
-#include <blockid/cli/crowder_callafon2003.hpp>
+#include <blockid/cli/crowder_callafon.hpp>
 #include <blockid/cli/exit_codes.hpp>
 #include <blockid/cli/garnier2004.hpp>
 #include <blockid/cli/giordano2015.hpp>
@@ -46,8 +46,8 @@ const std::vector<Publication>& publications() {
       {"welsh2003-theorem1", "Welsh and Goodwin 2003, theorem 1: condition numbers without end of the band",
        welsh2003_theorem1},
       {"crowder-callafon",
-       "Crowder and de Callafon 2003, section V: coprime factor uncertainty of an integrator under PI control",
-       crowder_callafon2003}};
+       "Crowder and de Callafon, section V: coprime factor uncertainty of an integrator under PI control",
+       crowder_callafon}};
   return kAll;
 }
 

@@ -21,7 +21,7 @@ struct Polynomials {
 ///   V = k (1 - 0.82)^2 / (1 - 0.82 q^-1)^2
 ///
 /// The paper names the systems and neither numbers, sample time nor weight: eps = 0.5, Ts = 0.1 s and V are ours.
-/// Source: Crowder and de Callafon 2003, section V.
+/// Source: Crowder and de Callafon, section V.
 struct CrowderCallafon {
   double eps = 0.5;
   double sample_time_s = 0.1;

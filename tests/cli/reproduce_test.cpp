@@ -198,7 +198,7 @@ TEST(Reproduce, RobotArmNamesTheMissingRecord) {
   EXPECT_THAT(run.err, HasSubstr("robot_arm/contsid_robotarm.mat"));
 }
 
-TEST(Reproduce, CrowderAndCallafon2003) {
+TEST(Reproduce, CrowderAndCallafon) {
   const TempDir folder;
   const ProgramRun run =
       run_program({"reproduce", "crowder-callafon", "-o", "pictures", "--json", "r.json"}, folder.path());

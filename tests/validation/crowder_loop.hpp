@@ -1,4 +1,4 @@
-// The loop of Crowder and de Callafon 2003, section V: an integrator under PI control, sampled.
+// The loop of Crowder and de Callafon, section V: an integrator under PI control, sampled.
 #pragma once
 
 #include <blockid/problems/crowder_callafon.hpp>

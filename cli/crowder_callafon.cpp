@@ -1,4 +1,4 @@
-#include <blockid/cli/crowder_callafon2003.hpp>
+#include <blockid/cli/crowder_callafon.hpp>
 
 #include <blockid/cli/report/script.hpp>
 #include <blockid/cli/text_table.hpp>
@@ -267,7 +267,7 @@ std::vector<std::string> notes() {
 
 }  // namespace
 
-Reproduction crowder_callafon2003(std::uint64_t seed) {
+Reproduction crowder_callafon(std::uint64_t seed) {
   const Loop loop;
   Reproduction result;
   add_figure_2(result, loop);
