@@ -5,14 +5,17 @@ include_guard(GLOBAL)
 include(GoogleTest)
 
 # What every test program shares: GoogleTest, the helpers of tests/support and one precompiled header.
-add_library(blockid_test_support OBJECT "${PROJECT_SOURCE_DIR}/tests/support/pch.cpp")
+add_library(blockid_test_support OBJECT "${PROJECT_SOURCE_DIR}/tests/support/pch.cpp"
+                                        "${PROJECT_SOURCE_DIR}/tests/support/source_dir.cpp")
 blockid_set_compile_flags(blockid_test_support)
 target_compile_features(blockid_test_support PUBLIC cxx_std_20)
-target_compile_definitions(blockid_test_support PUBLIC BLOCKID_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 target_include_directories(blockid_test_support PUBLIC "${PROJECT_SOURCE_DIR}/tests")
 target_link_libraries(blockid_test_support PUBLIC GTest::gmock GTest::gtest Eigen3::Eigen Ceres::ceres
                                                   Threads::Threads)
 target_precompile_headers(blockid_test_support PRIVATE "${PROJECT_SOURCE_DIR}/tests/pch.hpp")
+set_source_files_properties(
+  "${PROJECT_SOURCE_DIR}/tests/support/source_dir.cpp"
+  PROPERTIES COMPILE_DEFINITIONS "BLOCKID_SOURCE_DIR=\"${PROJECT_SOURCE_DIR}\"" SKIP_PRECOMPILE_HEADERS ON)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
   # Lets ccache see through the precompiled header.
   target_compile_options(blockid_test_support PUBLIC -fpch-preprocess)

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/source_dir.hpp"
+
 // clang-format off
 // x_{t+1} = a x_t + tanh(b u_t), y_t = x_{t+1}; theta = [a, b].
 struct SaturatingLag {
@@ -34,7 +36,7 @@ EXPECT_THAT(SaturatingLag{}, blockid::testing::ConformsToBlockLaws());
 }
 
 std::string content(const std::filesystem::path& path) {
-  std::ifstream file(std::filesystem::path(BLOCKID_SOURCE_DIR) / path);
+  std::ifstream file(testing::source_dir() / path);
   EXPECT_TRUE(file) << path;
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }

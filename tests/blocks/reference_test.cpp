@@ -13,6 +13,8 @@
 #include <fstream>
 #include <map>
 
+#include "support/source_dir.hpp"
+
 namespace blockid::testing {
 namespace {
 
@@ -20,7 +22,7 @@ using Quantities = std::map<std::string, std::vector<double>>;
 
 // Rows case,quantity,index,value below two lines of heading.
 std::map<std::string, Quantities> reference(const std::string& name) {
-  std::ifstream file(std::filesystem::path(BLOCKID_SOURCE_DIR) / "tests/blocks/reference" / (name + ".csv"));
+  std::ifstream file(source_dir() / "tests/blocks/reference" / (name + ".csv"));
   EXPECT_TRUE(file) << name;
   std::map<std::string, Quantities> cases;
   std::string line;

@@ -8,6 +8,8 @@
 #include <system_error>
 #include <utility>
 
+#include "support/source_dir.hpp"
+
 namespace blockid::testing {
 
 // Folder of the measured records: $BLOCKID_DATA_DIR, otherwise `../shared/data` beside the source
@@ -16,7 +18,7 @@ inline std::filesystem::path data_dir() {
   if (const char* dir = std::getenv("BLOCKID_DATA_DIR"); dir != nullptr && *dir != '\0') {
     return dir;
   }
-  return (std::filesystem::path(BLOCKID_SOURCE_DIR) / ".." / "shared" / "data").lexically_normal();
+  return (source_dir() / ".." / "shared" / "data").lexically_normal();
 }
 
 // The file `relative` ("wh2009/WienerHammerBenchMark.mat") of the data folder; nothing if it is not
