@@ -24,6 +24,9 @@ constexpr double kNoise = 0.01;
 constexpr int kRuns = 50;
 constexpr Index kOrder = 18;
 constexpr int kVectorFittingIterations = 20;
+/// Paired sign test against the truth: were vector fitting as near to it as maximum likelihood, each of 50 runs would
+/// be a coin, and 16 or fewer runs in which ours is nearer have a probability of 0.8 %.
+constexpr int kLeastNearer = 17;
 
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -102,13 +105,10 @@ TEST_P(AgainstRivals, OnePercentOfNoise) {
   for (const char* method : {"sk", "iv", "ml"}) {
     EXPECT_NEAR(median(errors[method]), oracle, 0.03 * oracle) << method;
   }
-  std::vector<double> ratios;
-  for (int run = 0; run < kRuns; ++run) {
-    ratios.push_back(errors["ml"][static_cast<std::size_t>(run)] / errors["rival"][static_cast<std::size_t>(run)]);
-  }
-  // Vector fitting stops a little beside the minimum, by 1e-4 of the cost at most, which moves single errors against
-  // the truth by up to 1 % either way: neither is nearer to it. A median of 50 such ratios scatters by 0.1 %.
-  EXPECT_LE(median(ratios), 1.005);
+  int nearer = 0;
+  for (std::size_t run = 0; run < errors["ml"].size(); ++run)
+    nearer += errors["ml"][run] < errors["rival"][run] ? 1 : 0;
+  EXPECT_GE(nearer, kLeastNearer);
 }
 
 INSTANTIATE_TEST_SUITE_P(Tones, AgainstRivals, ::testing::Values(36, 360));

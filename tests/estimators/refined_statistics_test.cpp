@@ -17,10 +17,20 @@
 //   (chi-squared of 49 degrees of freedom beyond 49 * 1.25^2 or below 49 * 0.75^2), the second in 0.42 % (Student's t).
 //   Eight of each: 10 % and 3.3 % at most that the whole test would fail by chance. The seeds are not chosen for it.
 //
-// The bound is computed from the modal form, which shares nothing with the estimator.
+// What the run gave. Deviations 0.876 to 1.115 of the bound, all within the limits. Mean errors, in standard errors:
+//   -1.18, 0.86, 0.13, -0.91 of the frequencies, 0.62, 3.17, 1.13, 1.48 of the dampings: seven of eight within 3, that
+//   of the damping of mode 2 beyond it. The linear estimate truth + (S'S)^-1 S'e from the same noise, which is unbiased
+//   by construction, has 3.17 there, too, and at 40 dB it is 3.17 again: chance, the noise of these seeds, which
+//   another 50 runs would hardly show. A mean of 50 runs tells a bias from chance no better.
+//   So the bias is measured with the chance taken out: mean(estimate - linear estimate) has the same expectation and a
+//   scatter of 4 % of the bound at most. Its limit is what was expected above of the second-order bias, 0.4 % against a
+//   standard error of 0.9 %: 0.5 standard errors, a sixth of the 3 that were asked for.
+//
+// The bound and the linear estimate are computed from the modal form, which shares nothing with the estimator.
 #include <blockid/estimators/continuous_fit.hpp>
 
 #include <blockid/problems/garnier2004.hpp>
+#include <blockid/problems/gaussian.hpp>
 
 #include <gtest/gtest.h>
 
@@ -28,6 +38,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdint>
+#include <string>
 
 namespace blockid {
 namespace {
@@ -44,7 +55,7 @@ constexpr int kRuns = 50;
 constexpr std::uint64_t kFirstSeed = 1001;
 constexpr double kSnrDb = 20.0;
 constexpr double kSpread = 0.25;
-constexpr double kBias = 3.0;
+constexpr double kBias = 0.5;
 /// Stated deviations against the bound: 171 864 degrees of freedom tell the noise to 0.2 %, the place of the estimate
 /// changes a deviation by its own relative size, 6 % for the slowest damping; the mean over 50 runs.
 constexpr double kStated = 0.05;
@@ -119,37 +130,51 @@ MatrixXd sensitivities(const Garnier2004Experiment& setting, Index samples, doub
   return result;
 }
 
-/// Deviations of the bound, sigma^2 (S'S)^-1 for natural frequencies and damping ratios, (8,).
-VectorXd bound(const Record& clean) {
-  const double rms = std::sqrt(clean.y.squaredNorm() / static_cast<double>(clean.y.size()));
-  const double sigma = rms * std::pow(10.0, -kSnrDb / 20.0);
-  MatrixXd s = sensitivities(experiment(), clean.y.size(), clean.sample_time_s);
-  const VectorXd norms = s.colwise().norm();
-  s *= norms.cwiseInverse().asDiagonal();
-  const MatrixXd inverse = (s.transpose() * s).inverse();
-  VectorXd result(2 * kModes);
-  for (Index k = 0; k < kModes; ++k) {
-    const Index place = 6 * k;
-    const Eigen::Vector2d scale = norms.segment(place, 2).cwiseInverse();
-    const Eigen::Matrix2d block = scale.asDiagonal() * inverse.block(place, place, 2, 2) * scale.asDiagonal();
-    const double omega = std::abs(pole(k));
-    const double x = pole(k).real();
-    const Eigen::Vector2d d_omega = Eigen::Vector2d(x, pole(k).imag()) / omega;
-    const Eigen::Vector2d d_zeta = Eigen::Vector2d(-1.0 / omega, 0.0) + x / (omega * omega) * d_omega;
-    result[k] = sigma * std::sqrt(d_omega.dot(block * d_omega));
-    result[kModes + k] = sigma * std::sqrt(d_zeta.dot(block * d_zeta));
+/// What noise on y does to first order: d theta = (S'S)^-1 S'e, and the covariance sigma^2 (S'S)^-1 that no unbiased
+/// estimator falls below.
+class Linearisation {
+ public:
+  explicit Linearisation(const Record& clean)
+      : sigma_(std::sqrt(clean.y.squaredNorm() / static_cast<double>(clean.y.size())) * std::pow(10.0, -kSnrDb / 20.0)),
+        s_(sensitivities(experiment(), clean.y.size(), clean.sample_time_s)),
+        norms_(s_.colwise().norm()) {
+    s_ *= norms_.cwiseInverse().asDiagonal();
+    inverse_ = (s_.transpose() * s_).inverse();
+    map_ = MatrixXd::Zero(2 * kModes, s_.cols());
+    for (Index k = 0; k < kModes; ++k) {
+      const double omega = std::abs(pole(k));
+      const double x = pole(k).real();
+      const Eigen::RowVector2d d_omega = Eigen::RowVector2d(x, pole(k).imag()) / omega;
+      map_.block(k, 6 * k, 1, 2) = d_omega;
+      map_.block(kModes + k, 6 * k, 1, 2) = Eigen::RowVector2d(-1.0 / omega, 0.0) + x / (omega * omega) * d_omega;
+    }
+    map_ *= norms_.cwiseInverse().asDiagonal();
   }
-  return result;
-}
 
-/// The runs, a row each, and the root mean square of the deviations that they state.
+  /// Deviations of the bound, natural frequencies, then damping ratios, (8,).
+  VectorXd bound() const { return sigma_ * (map_ * inverse_ * map_.transpose()).diagonal().cwiseSqrt(); }
+  /// Errors of the linear estimate, (8,), for the noise of the record with that seed.
+  VectorXd errors(std::uint64_t seed) const {
+    return map_ * (inverse_ * (s_.transpose() * (sigma_ * problems::Gaussian(seed).vector(s_.rows()))));
+  }
+
+ private:
+  double sigma_;
+  MatrixXd s_;
+  VectorXd norms_;
+  MatrixXd inverse_;
+  MatrixXd map_;
+};
+
+/// Errors of the runs, a row each, those of the linear estimate, and the root mean square of the deviations stated.
 struct Runs {
-  MatrixXd estimates;
+  MatrixXd errors;
+  MatrixXd linear;
   VectorXd stated;
 };
 
-Runs runs() {
-  Runs result{MatrixXd(kRuns, 2 * kModes), VectorXd::Zero(2 * kModes)};
+Runs runs(const Linearisation& linearisation) {
+  Runs result{MatrixXd(kRuns, 2 * kModes), MatrixXd(kRuns, 2 * kModes), VectorXd::Zero(2 * kModes)};
   ContinuousFitOptions options;
   options.input_hold = Hold::septic;
   options.output_hold = Hold::septic;
@@ -163,8 +188,10 @@ Runs runs() {
     EXPECT_FALSE(fit.flags.unstable) << "run " << run;
     // In ascending modulus, conjugates side by side; a run that mixes modes up shows in the spread.
     const VectorXcd found = poles(fit.model)(Eigen::seqN(0, kModes, 2));
-    result.estimates.row(run) << found.cwiseAbs().transpose(),
-        -found.real().cwiseQuotient(found.cwiseAbs()).transpose();
+    VectorXd estimate(2 * kModes);
+    estimate << found.cwiseAbs(), -found.real().cwiseQuotient(found.cwiseAbs());
+    result.errors.row(run) = (estimate - truth()).transpose();
+    result.linear.row(run) = linearisation.errors(setting.seed).transpose();
     result.stated.head(kModes) += fit.pole_deviations.frequency(Eigen::seqN(0, kModes, 2)).cwiseAbs2() / kRuns;
     result.stated.tail(kModes) += fit.pole_deviations.damping(Eigen::seqN(0, kModes, 2)).cwiseAbs2() / kRuns;
   }
@@ -173,21 +200,22 @@ Runs runs() {
 }
 
 TEST(RefinedInstrumentalVariables, ReachTheBoundWithoutBias) {
-  const Runs all = runs();
-  const VectorXd least = bound(problems::garnier2004_record(experiment()));
-  const Eigen::RowVectorXd mean = all.estimates.colwise().mean();
+  const Linearisation linearisation(problems::garnier2004_record(experiment()));
+  const VectorXd bound = linearisation.bound();
+  const Runs all = runs(linearisation);
+  const Eigen::RowVectorXd mean = all.errors.colwise().mean();
   const VectorXd spread =
-      ((all.estimates.rowwise() - mean).cwiseAbs2().colwise().sum() / (kRuns - 1)).cwiseSqrt().transpose();
-  const VectorXd errors = mean.transpose() - truth();
+      ((all.errors.rowwise() - mean).cwiseAbs2().colwise().sum() / (kRuns - 1)).cwiseSqrt().transpose();
+  const VectorXd bias = (all.errors - all.linear).colwise().mean().transpose();
+  const double root = std::sqrt(static_cast<double>(kRuns));
   for (Index k = 0; k < 2 * kModes; ++k) {
     const std::string name = (k < kModes ? "frequency of mode " : "damping of mode ") + std::to_string(k % kModes + 1);
-    const double ratio = spread[k] / least[k];
-    const double bias = errors[k] / (spread[k] / std::sqrt(static_cast<double>(kRuns)));
-    RecordProperty(name + ", spread over bound", std::to_string(ratio));
-    RecordProperty(name + ", bias in standard errors", std::to_string(bias));
-    EXPECT_NEAR(ratio, 1.0, kSpread) << name;
-    EXPECT_LT(std::abs(bias), kBias) << name;
-    EXPECT_NEAR(all.stated[k] / least[k], 1.0, kStated) << name;
+    RecordProperty(name + ", spread over bound", std::to_string(spread[k] / bound[k]));
+    RecordProperty(name + ", mean error in standard errors", std::to_string(mean[k] * root / spread[k]));
+    RecordProperty(name + ", bias in standard errors", std::to_string(bias[k] * root / bound[k]));
+    EXPECT_NEAR(spread[k] / bound[k], 1.0, kSpread) << name;
+    EXPECT_LT(std::abs(bias[k]) * root / bound[k], kBias) << name;
+    EXPECT_NEAR(all.stated[k] / bound[k], 1.0, kStated) << name;
   }
 }
 
