@@ -147,6 +147,7 @@ void run_tests(ClosedLoopOutcome& outcome, const ClosedLoopCommand& command) {
   const Index samples = signals.v.size();
   VerdictOptions options;
   options.memory = outcome.memory;
+  options.programme.max_iterations = command.max_iterations;
   if (command.window > 0) {
     WindowPlan plan;
     plan.count = command.window;

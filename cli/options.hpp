@@ -121,6 +121,8 @@ struct ClosedLoopCommand {
   std::int64_t past = -1;
   std::int64_t memory = -1;
   std::int64_t longest = 500;
+  /// Most iterations of one programme.
+  int max_iterations = 100;
   bool curve = false;
   int bands = 0;
   std::string json;

@@ -559,6 +559,11 @@ void add_closed_loop(CLI::App& program, ClosedLoopCommand& command) {
       ->type_name("N")
       ->check(CLI::PositiveNumber)
       ->group(test);
+  app.add_option("--max-iterations", command.max_iterations,
+                 "most iterations of one test; a verdict that needs more is undecided (default: 100)")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->group(test);
   app.add_flag("--curve", command.curve, "uncertainty over noise bound with slopes and elbow (default: off)")
       ->group(test);
   constexpr int kMostBands = 200;

@@ -12,7 +12,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Llt = Eigen::LLT<MatrixXd>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// How far a step goes towards the boundary of the cone.
@@ -40,10 +39,11 @@ Cone combination(const Cone& a, double step, const Cone& b) {
 }
 
 /// A lower estimate of the smallest eigenvalue of L^-1 D L^-T, P = L L', by the Lanczos iteration.
-double smallest_relative_eigenvalue(const Llt& p, const MatrixXd& d) {
+double smallest_relative_eigenvalue(const CholeskyFactor& p, const MatrixXd& d) {
   const Index n = d.rows();
   const Index steps = std::min<Index>(n, kLanczosSteps);
   MatrixXd basis(n, steps);
+  const auto lower = p.lower().triangularView<Eigen::Lower>();
   VectorXd diagonal(steps);
   VectorXd beside(steps);
   VectorXd q = VectorXd::NullaryExpr(
@@ -53,9 +53,9 @@ double smallest_relative_eigenvalue(const Llt& p, const MatrixXd& d) {
   Eigen::SelfAdjointEigenSolver<MatrixXd> ritz;
   for (Index k = 0; k < steps; ++k) {
     basis.col(k) = q;
-    const VectorXd solved = p.matrixU().solve(q);
+    const VectorXd solved = lower.transpose().solve(q);
     q = d.selfadjointView<Eigen::Lower>() * solved;
-    p.matrixL().solveInPlace(q);
+    lower.solveInPlace(q);
     diagonal[k] = basis.col(k).dot(q);
     for (int pass = 0; pass < 2; ++pass) {
       const VectorXd along = basis.leftCols(k + 1).transpose() * q;
@@ -99,7 +99,7 @@ bool InteriorPoint::iterate() {
   const double sigma = std::clamp(std::pow(std::max(mu_a, 0.0) / mu, 3.0), 1e-6, 1.0);
 
   Cone second = dx_a;
-  for (std::size_t i = 0; i < second.blocks.size(); ++i) second.blocks[i].noalias() = dx_a.blocks[i] * turned_a[i];
+  for (std::size_t i = 0; i < second.blocks.size(); ++i) second.blocks[i] = product(dx_a.blocks[i], turned_a[i]);
   for (std::size_t i = 0; i < second.rows.size(); ++i) {
     second.rows[i] = dx_a.rows[i].cwiseProduct(dz_a.rows[i]).cwiseProduct(inverse_.rows[i]);
   }
@@ -116,8 +116,8 @@ bool InteriorPoint::factorise(const Cone& point, Factors& factors) {
   }
   factors.blocks.resize(point.blocks.size());
   for (std::size_t i = 0; i < point.blocks.size(); ++i) {
-    factors.blocks[i].compute(point.blocks[i]);
-    if (factors.blocks[i].info() != Eigen::Success) return false;
+    factors.blocks[i] = CholeskyFactor(point.blocks[i]);
+    if (!factors.blocks[i].positive()) return false;
   }
   return true;
 }
@@ -144,7 +144,7 @@ double InteriorPoint::order() const {
 /// dZ Z^-1.
 std::vector<MatrixXd> InteriorPoint::times_inverse(const Cone& dz) const {
   std::vector<MatrixXd> turned(dz.blocks.size());
-  for (std::size_t i = 0; i < turned.size(); ++i) turned[i].noalias() = dz.blocks[i] * inverse_.blocks[i];
+  for (std::size_t i = 0; i < turned.size(); ++i) turned[i] = product(dz.blocks[i], inverse_.blocks[i]);
   return turned;
 }
 
@@ -153,8 +153,7 @@ Cone InteriorPoint::dual_direction(double center, const Cone& dz, const std::vec
                                    const Cone* second) const {
   Cone dx = dz;
   for (std::size_t i = 0; i < dx.blocks.size(); ++i) {
-    MatrixXd m(turned[i].rows(), turned[i].cols());
-    m.noalias() = x_dual_.blocks[i] * turned[i];
+    MatrixXd m = product(x_dual_.blocks[i], turned[i]);
     if (second != nullptr) m += second->blocks[i];
     dx.blocks[i] = center * inverse_.blocks[i] - x_dual_.blocks[i] - 0.5 * (m + m.transpose());
   }
@@ -169,14 +168,7 @@ Cone InteriorPoint::dual_direction(double center, const Cone& dz, const std::vec
 void InteriorPoint::set_inverse() {
   inverse_.blocks.resize(z_.blocks.size());
   inverse_.rows.resize(z_.rows.size());
-  for (std::size_t i = 0; i < z_.blocks.size(); ++i) {
-    const Index n = z_.blocks[i].rows();
-    MatrixXd lower = MatrixXd::Identity(n, n);
-    z_factors_.blocks[i].matrixL().solveInPlace(lower);
-    inverse_.blocks[i].setZero(n, n);
-    inverse_.blocks[i].selfadjointView<Eigen::Lower>().rankUpdate(lower.transpose());
-    inverse_.blocks[i].triangularView<Eigen::StrictlyUpper>() = inverse_.blocks[i].transpose();
-  }
+  for (std::size_t i = 0; i < z_.blocks.size(); ++i) inverse_.blocks[i] = z_factors_.blocks[i].inverse();
   for (std::size_t i = 0; i < z_.rows.size(); ++i) inverse_.rows[i] = z_.rows[i].cwiseInverse();
 }
 
@@ -185,14 +177,13 @@ bool InteriorPoint::set_normal_matrix() {
   if (!(normal_.diagonal().minCoeff() > 0.0)) return false;
   scale_ = normal_.diagonal().cwiseSqrt().cwiseInverse();
   normal_ = scale_.asDiagonal() * normal_ * scale_.asDiagonal();
-  normal_factors_.compute(normal_);
-  for (int decade = kFirstRidge; decade >= kLastRidge; --decade) {
-    if (normal_factors_.info() == Eigen::Success) return true;
+  normal_factors_ = CholeskyFactor(normal_);
+  for (int decade = kFirstRidge; decade >= kLastRidge && !normal_factors_.positive(); --decade) {
     MatrixXd raised = normal_;
     raised.diagonal().array() += std::pow(10.0, -decade);
-    normal_factors_.compute(raised);
+    normal_factors_ = CholeskyFactor(std::move(raised));
   }
-  return normal_factors_.info() == Eigen::Success;
+  return normal_factors_.positive();
 }
 
 VectorXd InteriorPoint::solve(const VectorXd& right) const {

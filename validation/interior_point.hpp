@@ -2,7 +2,8 @@
 // matrices and of rows.
 #pragma once
 
-#include <Eigen/Cholesky>
+#include <blockid/validation/dense_product.hpp>
+
 #include <Eigen/Core>
 #include <vector>
 
@@ -67,7 +68,7 @@ class InteriorPoint {
 
  private:
   struct Factors {
-    std::vector<Eigen::LLT<Eigen::MatrixXd>> blocks;
+    std::vector<CholeskyFactor> blocks;
   };
 
   static bool factorise(const Cone& point, Factors& factors);
@@ -91,7 +92,7 @@ class InteriorPoint {
   Factors x_factors_;
   Eigen::MatrixXd normal_;
   Eigen::VectorXd scale_;
-  Eigen::LLT<Eigen::MatrixXd> normal_factors_;
+  CholeskyFactor normal_factors_;
   Cone best_;
   double bound_ = 0.0;
 };

@@ -1,10 +1,10 @@
 #include <blockid/validation/uncertainty_programme.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/validation/dense_product.hpp>
 #include <blockid/validation/hankel_products.hpp>
 #include <blockid/validation/interior_point.hpp>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,7 +16,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Llt = Eigen::LLT<MatrixXd>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::array<double, 2> kSigns = {1.0, -1.0};
@@ -50,7 +49,7 @@ double gamma_bound(const Sums& sums, double alpha) {
 
 void check_definite(const MatrixXd& x, Index n) {
   if (x.rows() != n || x.cols() != n) fail("certificate: expected matrices of size ", n, ", got ", x.rows());
-  if (Llt(x).info() != Eigen::Success) fail("certificate: expected a positive definite matrix");
+  if (!CholeskyFactor(x).positive()) fail("certificate: expected a positive definite matrix");
 }
 
 Sums checked_sums(const UncertaintyProgramme& programme, const DualCertificate& certificate) {
@@ -114,11 +113,11 @@ class HankelForm : public ConicForm {
     const VectorXd other = x.rows[1].cwiseProduct(w.rows[1]);
     MatrixXd normal(n() + 1, n() + 1);
     normal.topLeftCorner(n(), n()) = hankel_schur_complement(x.blocks[0], w.blocks[0], x.blocks[1], w.blocks[1]) +
-                                     programme_.a.transpose() * (first + other).asDiagonal() * programme_.a;
+                                     weighted_gram(programme_.a, first + other);
     VectorXd beside;
     if (mode_ == Mode::alpha) {
-      const MatrixXd one = x.blocks[0] * w.blocks[0];
-      const MatrixXd two = x.blocks[1] * w.blocks[1];
+      const MatrixXd one = product(x.blocks[0], w.blocks[0]);
+      const MatrixXd two = product(x.blocks[1], w.blocks[1]);
       beside = hankel_adjoint(one) - hankel_adjoint(two);
       normal(n(), n()) = one.trace() + two.trace();
     } else {

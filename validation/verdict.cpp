@@ -1,9 +1,9 @@
 #include <blockid/validation/verdict.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/validation/dense_product.hpp>
 #include <blockid/validation/hankel_products.hpp>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -71,18 +71,18 @@ Index output_before_input(const UncertaintyProgramme& programme, double gamma) {
 bool has_gain(const VectorXd& h, double alpha) {
   const MatrixXd k = hankel(h);
   const MatrixXd bound = alpha * (1.0 + kRounding) * MatrixXd::Identity(h.size(), h.size());
-  return Eigen::LLT<MatrixXd>(bound + k).info() == Eigen::Success &&
-         Eigen::LLT<MatrixXd>(bound - k).info() == Eigen::Success;
+  return CholeskyFactor(bound + k).positive() && CholeskyFactor(bound - k).positive();
 }
 
 /// An h of a ridge regression that keeps |T_h| <= alpha and the noise bound, for a fraction of the programme's time;
 /// empty when there is none among those tried, which says nothing.
 std::optional<VectorXd> ridge_witness(const UncertaintyProgramme& programme, double alpha, double gamma) {
-  const MatrixXd gram = programme.a * programme.a.transpose();
+  const MatrixXd turned = programme.a.transpose();
+  const MatrixXd gram = weighted_gram(turned, VectorXd::Ones(turned.rows()));
   for (int decade = kFirstRidge; decade <= kLastRidge; ++decade) {
     MatrixXd damped = gram;
     damped.diagonal().array() += std::pow(10.0, -decade) * gram.trace();
-    const VectorXd h = programme.a.transpose() * damped.llt().solve(programme.w);
+    const VectorXd h = turned * CholeskyFactor(std::move(damped)).solve(programme.w);
     if (!((programme.w - programme.a * h).cwiseAbs().maxCoeff() <= gamma)) continue;
     // Less damping makes h longer.
     if (h.norm() <= alpha && has_gain(h, alpha)) return h;

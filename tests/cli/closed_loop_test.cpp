@@ -111,6 +111,47 @@ TEST_F(ClosedLoopCommand, TooSmallWeightIsInvalidated) {
   EXPECT_GT(outcome["whole"]["noise_proven"].get<double>(), outcome["noise_bound"].get<double>());
 }
 
+// The weight is large enough. Windows with three samples of past do not show it, and prove nothing against it either.
+TEST_F(ClosedLoopCommand, WindowsWithTooShortAPastAreUndecided) {
+  const std::vector<std::string> test = {"--range", "100:", "--quiet-run", "0:100",  "--window", "40",
+                                         "--step",  "40",   "--json",      "v.json", "--past"};
+  std::vector<std::string> all = test;
+  all.push_back("120");
+  EXPECT_EQ(run(all).code, 0);
+  std::vector<std::string> three = test;
+  three.push_back("3");
+  const ProgramRun result = run(three);
+  EXPECT_EQ(result.code, 6) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("verdict     undecided"));
+  EXPECT_THAT(result.err, HasSubstr("shorter than the memory of the uncertainty"));
+  const json outcome = json_file(folder_ / "v.json");
+  EXPECT_EQ(outcome["verdict"], "undecided");
+  EXPECT_EQ(outcome["windows"][0]["window"]["verdict"], "not invalidated") << "this one starts at rest";
+  int undecided = 0;
+  for (const json& window : outcome["windows"]) {
+    undecided += window["window"]["verdict"] == "undecided" ? 1 : 0;
+    EXPECT_NE(window["window"]["verdict"], "invalidated");
+    EXPECT_EQ(window["record"]["verdict"], "not invalidated");
+  }
+  EXPECT_GE(undecided, 1);
+}
+
+// Two iterations leave the least noise between bounds that lie on both sides of the noise bound.
+TEST_F(ClosedLoopCommand, TooFewIterationsAreUndecided) {
+  const auto after = [&](const std::string& iterations) {
+    return run({"--range", "100:", "--quiet-run", "0:100", "--max-iterations", iterations, "--json", "v.json"},
+               0.5 * CrowderCallafon::kTight);
+  };
+  const ProgramRun result = after("2");
+  EXPECT_EQ(result.code, 6) << result.out << result.err;
+  const json outcome = json_file(folder_ / "v.json");
+  const double bound = outcome["noise_bound"].get<double>();
+  EXPECT_LE(outcome["whole"]["noise_proven"].get<double>(), bound);
+  EXPECT_GT(outcome["whole"]["noise_needed"].get<double>(), bound);
+  EXPECT_THAT(outcome["evidence"].get<std::string>(), HasSubstr("is not settled by that"));
+  EXPECT_EQ(after("100").code, 5);
+}
+
 TEST_F(ClosedLoopCommand, WindowsCurveAndBandsWithPictures) {
   const ProgramRun result = run({"--range", "100:", "--quiet-run", "0:100", "--window", "40", "--step", "40", "--curve",
                                  "--bands", "4", "--json", "v.json", "--report", "v.html"});
