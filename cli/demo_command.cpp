@@ -3,6 +3,7 @@
 #include <blockid/cli/fit_outcome.hpp>
 #include <blockid/cli/initialisers.hpp>
 #include <blockid/cli/interrupt.hpp>
+#include <blockid/cli/judgement.hpp>
 #include <blockid/cli/outputs.hpp>
 #include <blockid/cli/progress_display.hpp>
 #include <blockid/cli/report_fit.hpp>
@@ -73,8 +74,9 @@ void print_noise(const FitOutcome& outcome, double noise) {
             << "; test RMSE / noise = " << fixed_number(outcome.test->total.rmse / noise, 4) << '\n';
 }
 
-nlohmann::ordered_json json_of(const FitOutcome& outcome, const Eigen::VectorXd& truth, double noise) {
-  nlohmann::ordered_json result = fit_json(outcome);
+nlohmann::ordered_json json_of(const FitOutcome& outcome, const FitJudgement& tests, const Eigen::VectorXd& truth,
+                               double noise) {
+  nlohmann::ordered_json result = fit_json(outcome, tests);
   for (Index k = 0; k < truth.size(); ++k) {
     result["parameter_table"][static_cast<std::size_t>(k)]["truth"] = finite_or_null(truth[k]);
   }
@@ -131,9 +133,10 @@ int run_demo(const DemoCommand& command) {
     for (const std::string& warning : outcome.warnings) std::cout << "warning: " << warning << '\n';
     std::cout.flush();
   }
+  const FitJudgement tests = judge_fit(outcome);
   write_output(model_file, to_json(outcome.model()));
-  write_output(json_file, json_text(json_of(outcome, truth, problem.noise_std)));
-  write_output(report_file, fit_report(outcome));
+  write_output(json_file, json_text(json_of(outcome, tests, truth, problem.noise_std)));
+  write_output(report_file, fit_report(outcome, tests));
   if (!command.run.quiet) {
     std::cout << "\nwritten: " << model_file << ", " << json_file << ", " << report_file << '\n';
   }

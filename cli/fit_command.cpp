@@ -3,6 +3,7 @@
 #include <blockid/cli/fit_outcome.hpp>
 #include <blockid/cli/initialisers.hpp>
 #include <blockid/cli/interrupt.hpp>
+#include <blockid/cli/judgement.hpp>
 #include <blockid/cli/leaf_blocks.hpp>
 #include <blockid/cli/outputs.hpp>
 #include <blockid/cli/progress_display.hpp>
@@ -139,8 +140,10 @@ std::vector<Index> held_parameters(const Model& model, const std::vector<std::st
 
 void write_results(const FitOutcome& outcome, const OutputOptions& outputs) {
   if (!outputs.model.empty()) write_output(outputs.model, to_json(outcome.model()));
-  if (!outputs.json.empty()) write_output(outputs.json, json_text(fit_json(outcome)));
-  if (!outputs.report.empty()) write_output(outputs.report, fit_report(outcome));
+  if (outputs.json.empty() && outputs.report.empty()) return;
+  const FitJudgement tests = judge_fit(outcome);
+  if (!outputs.json.empty()) write_output(outputs.json, json_text(fit_json(outcome, tests)));
+  if (!outputs.report.empty()) write_output(outputs.report, fit_report(outcome, tests));
 }
 
 /// `--model wh`: everything but the family of chains is chosen from the data.

@@ -1,4 +1,5 @@
 #include <blockid/cli/fit_outcome.hpp>
+#include <blockid/cli/judgement.hpp>
 
 #include <blockid/blocks/text.hpp>
 
@@ -67,6 +68,19 @@ Json parameters_json(const FitOutcome& outcome) {
   return list;
 }
 
+/// Without correlations lag by lag, which `validate --json` has.
+Json tests_json(const FitJudgement& tests) {
+  if (!tests.judgement) return {{"problem", tests.problem}};
+  Json result = judgement_json(*tests.judgement);
+  for (Json& test : result["tests"]) {
+    for (const char* key : {"lags", "correlations", "bands"}) test.erase(key);
+  }
+  if (result.contains("error_spectrum")) {
+    for (const char* key : {"frequency_hz", "error_density", "noise_density"}) result["error_spectrum"].erase(key);
+  }
+  return result;
+}
+
 }  // namespace
 
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
@@ -82,7 +96,7 @@ Json metrics_json(const Metrics& metrics) {
           {"warmup", metrics.warmup}};
 }
 
-Json fit_json(const FitOutcome& outcome) {
+Json fit_json(const FitOutcome& outcome, const FitJudgement& tests) {
   const RefitReport& report = outcome.fit.report;
   Json result;
   result["format"] = "blockid-result";
@@ -112,6 +126,7 @@ Json fit_json(const FitOutcome& outcome) {
                             {"condition", finite_or_null(report.covariance->condition)},
                             {"undetermined", report.covariance->undetermined}};
   }
+  result["residual_tests"] = tests_json(tests);
   result["data"] = {{"source", outcome.source},
                     {"input", outcome.input_name},
                     {"output", outcome.output_name},

@@ -75,8 +75,10 @@ void print_structures(std::ostream& stream, const FitOutcome& outcome);
 void print_candidates(std::ostream& stream, const FitOutcome& outcome);
 void print_metrics(std::ostream& stream, const FitOutcome& outcome);
 
+struct FitJudgement;
+
 /// result.json
-nlohmann::ordered_json fit_json(const FitOutcome& outcome);
+nlohmann::ordered_json fit_json(const FitOutcome& outcome, const FitJudgement& tests);
 
 /// rmse, nrmse, fit_percent, r2, vaf, mae, samples, warmup; null where not finite.
 nlohmann::ordered_json metrics_json(const Metrics& metrics);

@@ -5,7 +5,9 @@
 #include <blockid/cli/report/residual_figures.hpp>
 #include <blockid/cli/text_table.hpp>
 
+#include <blockid/blocks/rational.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/data/tail_probability.hpp>
 #include <blockid/estimators/gauges.hpp>
 #include <blockid/estimators/refit.hpp>
 #include <blockid/validation/model_residuals.hpp>
@@ -29,6 +31,12 @@ std::vector<FilterRoots> filters_of(const Model& model) {
   return filters;
 }
 
+DataSet data_of(const Evaluation& evaluation) {
+  DataSet data;
+  for (const ScoredRecord& scored : evaluation.records) data.records.push_back(scored.record);
+  return data;
+}
+
 /// What placed_on() takes for the start of each record, when states are estimated.
 ParameterKnowledge knowledge_of(const Model& model, const DataSet& data, const JudgementOptions& options) {
   ParameterKnowledge knowledge{.held = options.held, .initial_states = {}};
@@ -46,9 +54,9 @@ std::vector<std::string> names_at(const Model& model, const std::vector<Index>& 
   return names;
 }
 
-/// Covariance of the free parameters from the training data; robust when their residual is coloured.
-Eigen::MatrixXd free_covariance(const Model& model, const DataSet& training, const ParameterKnowledge& knowledge,
-                                const JudgementOptions& options, bool coloured) {
+/// Covariance of the parameters from the training data; robust when their residual is coloured.
+Eigen::MatrixXd covariance_of(const Model& model, const DataSet& training, const ParameterKnowledge& knowledge,
+                              const JudgementOptions& options, bool coloured) {
   CovarianceOptions settings;
   settings.prediction = options.prediction;
   settings.frozen = names_at(model, options.held);
@@ -56,12 +64,31 @@ Eigen::MatrixXd free_covariance(const Model& model, const DataSet& training, con
   settings.robust = coloured;
   settings.batch = batch_length(training);
   settings.initial_states = knowledge.initial_states;
-  const Covariance all = covariance(model, training, settings);
+  return covariance(model, training, settings).parameters;
+}
+
+std::vector<Index> free_places(const Model& model, const std::vector<Index>& held) {
   std::vector<Index> free;
   for (Index k = 0; k < model.parameters.size(); ++k) {
-    if (!std::binary_search(options.held.begin(), options.held.end(), k)) free.push_back(k);
+    if (!std::binary_search(held.begin(), held.end(), k)) free.push_back(k);
   }
-  return all.parameters(free, free);
+  return free;
+}
+
+/// Filters whose parameters are their coefficients.
+std::vector<EstimatedFilter> estimated_filters(const Model& model, const Eigen::MatrixXd& covariance) {
+  std::vector<EstimatedFilter> filters;
+  if (!covariance.allFinite()) return filters;
+  for (const LeafBlock& leaf : leaf_blocks(model)) {
+    const auto* rational = leaf.block.target<Rational>();
+    if (rational == nullptr || !leaf.parameters.allFinite()) continue;
+    Eigen::VectorXd denominator = Eigen::VectorXd::Ones(rational->na() + 1);
+    denominator.tail(rational->na()) = leaf.parameters.tail(rational->na());
+    const Index count = leaf.parameters.size();
+    filters.push_back({leaf.path, leaf.parameters.head(rational->nb() + 1), denominator,
+                       covariance.block(leaf.offset, leaf.offset, count, count)});
+  }
+  return filters;
 }
 
 void add_periodic(Judgement& judgement, const std::vector<ResidualRecord>& records, const DataSet& data,
@@ -124,6 +151,12 @@ std::string noise_text(const Judgement& judgement) {
          " samples, as an autoregression of order " + std::to_string(tests.noise.order());
 }
 
+/// What the statistic of a test may be at most; null where there is nothing to test.
+nlohmann::ordered_json limit_json(Index degrees, double significance) {
+  if (degrees == 0) return nullptr;
+  return finite_or_null(chi_square_point(significance, static_cast<double>(degrees)));
+}
+
 nlohmann::ordered_json list_json(const Eigen::VectorXd& values) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const double value : values) list.push_back(finite_or_null(value));
@@ -149,12 +182,30 @@ std::vector<Index> held_places(const Model& model) {
   return held;
 }
 
+FitJudgement judge_fit(const FitOutcome& outcome) {
+  JudgementOptions options;
+  options.prediction = outcome.prediction;
+  options.held = outcome.held;
+  const std::optional<Covariance>& covariance = outcome.fit.report.covariance;
+  if (covariance) options.undetermined = covariance->undetermined;
+  FitJudgement result;
+  try {
+    result.judgement =
+        judge(outcome.model(), data_of(outcome.train), outcome.test ? data_of(*outcome.test) : DataSet(), options);
+  } catch (const Error& error) {
+    result.problem = error.what();
+  }
+  return result;
+}
+
 Judgement judge(const Model& model, const DataSet& training, const DataSet& test, const JudgementOptions& options) {
   Judgement result;
   std::optional<ResidualTests> of_training;
   std::vector<ResidualRecord> shown;
   ResidualTestOptions settings = options.tests;
   ParameterKnowledge knowledge;
+  Eigen::MatrixXd of_parameters;
+  bool coloured = false;
   if (!training.records.empty()) {
     knowledge = knowledge_of(model, training, options);
     shown = training_residuals(model, training, options.prediction, knowledge);
@@ -163,14 +214,16 @@ Judgement judge(const Model& model, const DataSet& training, const DataSet& test
     result.parameters = "fitted to these records: the directions that they have used up are not tested";
     result.tests = *of_training;
     warn_of_distance(result);
+    const ResidualTest* const whiteness = of_training->find(ResidualTestKind::whiteness);
+    coloured = whiteness != nullptr && !whiteness->passed;
+    of_parameters = covariance_of(model, training, knowledge, options, coloured);
   }
   if (!test.records.empty()) {
     const ParameterKnowledge here = knowledge_of(model, test, options);
     shown = test_residuals(model, test, options.prediction, here);
     if (of_training) {
-      const ResidualTest* const whiteness = of_training->find(ResidualTestKind::whiteness);
-      const bool coloured = whiteness != nullptr && !whiteness->passed;
-      settings.covariance = free_covariance(model, training, knowledge, options, coloured);
+      const std::vector<Index> free = free_places(model, options.held);
+      settings.covariance = of_parameters(free, free);
       result.set = "test";
       result.parameters = std::string("fitted to the training data; their covariance there (") +
                           (coloured ? "robust" : "for white residuals") + ") is part of the bands";
@@ -188,11 +241,13 @@ Judgement judge(const Model& model, const DataSet& training, const DataSet& test
   if (both) result.errors = compare_errors(*of_training, result.tests);
   result.under_fit = under_fit_hints(result.tests);
   add_spectrum_hint(result);
-  result.over_fit = over_fit_hints({.model = model,
-                                    .filters = filters_of(model),
-                                    .undetermined = options.undetermined,
-                                    .training = both ? &*of_training : nullptr,
-                                    .test = both ? &result.tests : nullptr});
+  result.over_fit = over_fit_hints(
+      {.model = model,
+       .filters = filters_of(model),
+       .estimated = of_training ? estimated_filters(model, of_parameters) : std::vector<EstimatedFilter>(),
+       .undetermined = options.undetermined,
+       .training = both ? &*of_training : nullptr,
+       .test = both ? &result.tests : nullptr});
   return result;
 }
 
@@ -233,6 +288,7 @@ nlohmann::ordered_json judgement_json(const Judgement& judgement) {
     tests.push_back({{"test", to_text(test.kind)},
                      {"statistic", finite_or_null(test.statistic)},
                      {"degrees_of_freedom", test.degrees_of_freedom},
+                     {"limit", limit_json(test.degrees_of_freedom, judgement.tests.significance)},
                      {"p_value", finite_or_null(test.p_value)},
                      {"passed", test.passed},
                      {"explanation", explanation(test)},

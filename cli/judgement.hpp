@@ -19,6 +19,8 @@
 
 namespace blockid::cli {
 
+struct FitOutcome;
+
 struct JudgementOptions {
   PredictionOptions prediction = {};
   ResidualTestOptions tests = {};
@@ -49,6 +51,15 @@ struct Judgement {
 /// Judges the test data, where there are any, with the covariance of the parameters from the training data; otherwise
 /// the training data. Neither set need be there, but one must. Throws Error as residual_tests() does.
 Judgement judge(const Model& model, const DataSet& training, const DataSet& test, const JudgementOptions& options);
+
+/// The tests of a fit, or why there are none: a perfect fit, for one, leaves nothing to test.
+struct FitJudgement {
+  std::optional<Judgement> judgement = std::nullopt;
+  std::string problem = {};
+};
+
+/// With what the fit knows of its parameters.
+FitJudgement judge_fit(const FitOutcome& outcome);
 
 /// Places of parameters that a saved model's estimator did not move: gauges and those without a standard deviation.
 std::vector<Index> held_places(const Model& model);

@@ -105,28 +105,13 @@ void add_static_blocks(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) 
   }
 }
 
-DataSet data_of(const Evaluation& evaluation) {
-  DataSet data;
-  for (const ScoredRecord& scored : evaluation.records) data.records.push_back(scored.record);
-  return data;
-}
-
-/// The fit's own data tell how uncertain the parameters are on the test data.
-void add_residual_tests(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) {
-  JudgementOptions options;
-  options.prediction = outcome.prediction;
-  options.held = outcome.held;
-  const std::optional<Covariance>& covariance = outcome.fit.report.covariance;
-  if (covariance) options.undetermined = covariance->undetermined;
-  try {
-    const Judgement judgement =
-        judge(outcome.model(), data_of(outcome.train), outcome.test ? data_of(*outcome.test) : DataSet(), options);
-    add_judgement(page, judgement, outcome.output_unit, gnuplot);
-  } catch (const Error& error) {
-    // A report without the tests is worth more than none: a perfect fit, for one, leaves nothing to test.
-    page.heading("Residual tests");
-    page.warning("Not made. " + std::string(error.what()));
+void add_residual_tests(HtmlPage& page, const FitOutcome& outcome, const FitJudgement& tests, bool gnuplot) {
+  if (tests.judgement) {
+    add_judgement(page, *tests.judgement, outcome.output_unit, gnuplot);
+    return;
   }
+  page.heading("Residual tests");
+  page.warning("Not made. " + tests.problem);
 }
 
 void add_parameters(HtmlPage& page, const FitOutcome& outcome) {
@@ -170,7 +155,7 @@ void add_candidates(HtmlPage& page, const FitOutcome& outcome, bool gnuplot) {
 
 }  // namespace
 
-std::string fit_report(const FitOutcome& outcome) {
+std::string fit_report(const FitOutcome& outcome, const FitJudgement& tests) {
   const bool gnuplot = gnuplot_is_there();
   HtmlPage page("Identification of " + outcome.output_name + " from " + outcome.input_name);
   add_task(page, outcome);
@@ -181,7 +166,7 @@ std::string fit_report(const FitOutcome& outcome) {
   add_filters(page, outcome, gnuplot);
   add_static_blocks(page, outcome, gnuplot);
   if (shown.finite()) {
-    add_residual_tests(page, outcome, gnuplot);
+    add_residual_tests(page, outcome, tests, gnuplot);
     add_figure(page, spectrum_figure(*shown.scored, shown.set), gnuplot);
   }
   add_parameters(page, outcome);

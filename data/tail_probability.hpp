@@ -5,6 +5,9 @@ namespace blockid {
 /// P(X > x) of a chi-square variable with `degrees_of_freedom` > 0, by the incomplete gamma function.
 [[nodiscard]] double chi_square_tail(double x, double degrees_of_freedom);
 
+/// x with P(X > x) = significance, 0 < significance <= 1: 6.635 for 0.01 and one degree of freedom.
+[[nodiscard]] double chi_square_point(double significance, double degrees_of_freedom);
+
 /// P(X > x) of a standard normal variable.
 [[nodiscard]] double normal_tail(double x);
 

@@ -39,16 +39,6 @@ void check_transfer_function(const DiscreteTransferFunction& g) {
   if (g.denominator[0] == 0.0) fail("denominator: expected a first coefficient that is not zero");
 }
 
-/// Roots z of a_0 z^n + ... + a_n.
-Eigen::VectorXcd roots(const VectorXd& polynomial) {
-  const Index n = polynomial.size() - 1;
-  if (n == 0) return {};
-  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(n, n);
-  companion.row(0) = -polynomial.tail(n).transpose() / polynomial[0];
-  companion.bottomLeftCorner(n - 1, n - 1).setIdentity();
-  return companion.eigenvalues();
-}
-
 void check_sizes(Index expected, Index got, const char* what) {
   if (expected != got) fail(what, ": expected ", expected, " samples, got ", got);
 }
@@ -68,10 +58,19 @@ VectorXd filter(const DiscreteTransferFunction& g, const VectorXd& u) {
   return y;
 }
 
-double spectral_radius(const VectorXd& polynomial) {
+Eigen::VectorXcd polynomial_roots(const VectorXd& polynomial) {
   check_polynomial(polynomial, "polynomial");
   if (polynomial[0] == 0.0) fail("polynomial: expected a first coefficient that is not zero");
-  const Eigen::VectorXcd z = roots(polynomial);
+  const Index n = polynomial.size() - 1;
+  if (n == 0) return {};
+  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(n, n);
+  companion.row(0) = -polynomial.tail(n).transpose() / polynomial[0];
+  companion.bottomLeftCorner(n - 1, n - 1).setIdentity();
+  return companion.eigenvalues();
+}
+
+double spectral_radius(const VectorXd& polynomial) {
+  const Eigen::VectorXcd z = polynomial_roots(polynomial);
   return z.size() == 0 ? 0.0 : z.cwiseAbs().maxCoeff();
 }
 
@@ -80,7 +79,7 @@ CoprimeFactors coprime_factors(const DiscreteTransferFunction& g, double pole) {
   if (!(std::abs(pole) < 1.0)) fail("coprime factors: expected a pole inside the unit circle, got ", pole);
   if (spectral_radius(g.denominator) < kStableRadius) return trivial_factors(g);
   Eigen::VectorXcd stable = Eigen::VectorXcd::Constant(1, g.denominator[0]);
-  for (const std::complex<double> z : roots(g.denominator)) {
+  for (const std::complex<double> z : polynomial_roots(g.denominator)) {
     const std::complex<double> kept = std::abs(z) < kStableRadius ? z : pole;
     Eigen::VectorXcd longer = Eigen::VectorXcd::Zero(stable.size() + 1);
     longer.head(stable.size()) += stable;

@@ -14,6 +14,9 @@ struct DiscreteTransferFunction {
 /// y = G u from rest. Throws Error unless both polynomials are finite and a_0 is not zero.
 Eigen::VectorXd filter(const DiscreteTransferFunction& g, const Eigen::VectorXd& u);
 
+/// (n,) roots z of a_0 z^n + ... + a_n. Throws Error unless the coefficients are finite and a_0 is not zero.
+Eigen::VectorXcd polynomial_roots(const Eigen::VectorXd& polynomial);
+
 /// Largest |z| with a_0 z^na + ... + a_na = 0; 0 for a constant.
 double spectral_radius(const Eigen::VectorXd& polynomial);
 

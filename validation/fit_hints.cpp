@@ -58,6 +58,43 @@ void add_pairs(std::vector<std::string>& hints, const FilterRoots& filter) {
   }
 }
 
+bool contains(const std::vector<Root>& roots, const Root& root) {
+  return std::any_of(roots.begin(), roots.end(), [&](const Root& other) { return std::abs(other - root) < 1e-9; });
+}
+
+/// Whether a pair of roots that nearly cancel anyway says the same.
+bool is_said(const CommonFactor& common, const std::vector<CancellingPair>& pairs) {
+  return std::any_of(pairs.begin(), pairs.end(), [&](const CancellingPair& pair) {
+    return contains(common.zeros, pair.zero) && contains(common.poles, pair.pole);
+  });
+}
+
+std::string list_text(const char* one, const std::vector<Root>& roots) {
+  if (roots.size() == 1) return std::string("the ") + one + " " + root_text(roots[0]);
+  return std::string("the ") + one + "s " + root_text(roots[0]) + " and " + root_text(roots[1]);
+}
+
+void add_common_factors(std::vector<std::string>& hints, const EstimatedFilter& filter,
+                        const std::vector<FilterRoots>& all) {
+  std::vector<CancellingPair> pairs;
+  for (const FilterRoots& roots : all) {
+    if (roots.name == filter.name) pairs = cancelling_pairs(roots);
+  }
+  for (const CommonFactor& common : common_factors(filter)) {
+    if (is_said(common, pairs)) continue;
+    const auto less = static_cast<Index>(common.zeros.size());
+    hints.push_back(filter.name + ": the data do not tell " + list_text("zero", common.zeros) + " from " +
+                    list_text("pole", common.poles) + " (p = " + short_number(common.p_value) +
+                    "): nb=" + std::to_string(filter.numerator.size() - 1 - less) +
+                    " and na=" + std::to_string(filter.denominator.size() - 1 - less) + " may do");
+  }
+  const std::vector<std::string> vanishing = vanishing_coefficients(filter);
+  if (!vanishing.empty()) {
+    hints.push_back(filter.name + ": within two standard deviations of zero: " + joined(vanishing) +
+                    "; a lower degree may do");
+  }
+}
+
 }  // namespace
 
 std::vector<CancellingPair> cancelling_pairs(const FilterRoots& roots, double largest_change) {
@@ -104,6 +141,7 @@ std::vector<std::string> over_fit_hints(const OverFitEvidence& evidence) {
   const std::vector<std::string> uncertain = uncertain_parameters(evidence.model);
   if (!uncertain.empty()) hints.push_back("standard deviation above the value: " + joined(uncertain));
   for (const FilterRoots& filter : evidence.filters) add_pairs(hints, filter);
+  for (const EstimatedFilter& filter : evidence.estimated) add_common_factors(hints, filter, evidence.filters);
   if (evidence.training != nullptr && evidence.test != nullptr) {
     const ErrorComparison errors = compare_errors(*evidence.training, *evidence.test);
     // A difference that is certain but small is no sign of too many parameters.

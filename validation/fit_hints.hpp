@@ -2,6 +2,7 @@
 #pragma once
 
 #include <blockid/blocks/model.hpp>
+#include <blockid/validation/common_factors.hpp>
 #include <blockid/validation/residual_tests.hpp>
 
 #include <complex>
@@ -45,15 +46,17 @@ ErrorComparison compare_errors(const ResidualTests& training, const ResidualTest
 
 /// What can be known of a fitted model.
 struct OverFitEvidence {
-  Model model;                            ///< with its standard deviations, where known
-  std::vector<FilterRoots> filters;       ///< of its linear blocks
-  std::vector<std::string> undetermined;  ///< parameters in directions that the data do not determine
+  Model model;                                  ///< with its standard deviations, where known
+  std::vector<FilterRoots> filters;             ///< of its linear blocks
+  std::vector<EstimatedFilter> estimated = {};  ///< of those whose coefficients have a known covariance
+  std::vector<std::string> undetermined;        ///< parameters in directions that the data do not determine
   const ResidualTests* training = nullptr;
   const ResidualTests* test = nullptr;
 };
 
 /// A sentence for each sign of too many parameters: undetermined directions, standard deviations above their values,
-/// roots that nearly cancel, a test error far above the training error.
+/// roots that nearly cancel or that the data do not tell apart, last coefficients that may be zero, a test error far
+/// above the training error.
 std::vector<std::string> over_fit_hints(const OverFitEvidence& evidence);
 
 /// A sentence for each failed test: what the model has missed.

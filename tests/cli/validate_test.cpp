@@ -100,6 +100,34 @@ TEST_F(ValidateCommand, RightModelPassesOnItsDataAndOnOthers) {
   EXPECT_NEAR(test["test_over_training"]["ratio"].get<double>(), 1.0, 0.12);
 }
 
+TEST_F(ValidateCommand, ResultOfAFitHasTheTests) {
+  const std::vector<std::string> common = {"fit", "linear.csv", "--input", "u",      "--output", "y",        "--rate",
+                                           "1",   "--train",    "0:2000",  "--test", "2000:",    "--warmup", "50"};
+  const auto tests_of = [&](const std::string& model) {
+    std::vector<std::string> arguments = common;
+    for (const std::string& more : {std::string("--model"), model, std::string("--init"), std::string("none"),
+                                    std::string("--quiet"), std::string("--json"), std::string("result.json")}) {
+      arguments.push_back(more);
+    }
+    const ProgramRun result = run(arguments);
+    EXPECT_EQ(result.code, 0) << result.err;
+    return json_file(folder_ / "result.json")["residual_tests"];
+  };
+  const json right = tests_of("G=rational(nb=1,na=2)");
+  EXPECT_TRUE(right["passed"].get<bool>());
+  EXPECT_EQ(right["set"], "test");
+  EXPECT_TRUE(right["over_fit"].empty()) << right["over_fit"];
+  ASSERT_EQ(right["tests"].size(), 8U);
+  for (const json& test : right["tests"]) {
+    EXPECT_EQ(test["passed"].get<bool>(), test["statistic"].get<double>() <= test["limit"].get<double>());
+    EXPECT_FALSE(test.contains("lags"));
+  }
+  // An excess pole, which the standard deviations of the coefficients alone need not show.
+  const std::string large = tests_of("G=rational(nb=3,na=4)")["over_fit"].dump();
+  EXPECT_THAT(large, HasSubstr("may do"));
+  EXPECT_THAT(tests_of("G=rational(nb=0,na=1)")["under_fit"].dump(), HasSubstr("input"));
+}
+
 TEST_F(ValidateCommand, MissingNonlinearityIsFoundAndSaid) {
   fit("square.csv");
   const ProgramRun result = validate("square.csv", {"--train", "0:2000", "--json", "v.json"});

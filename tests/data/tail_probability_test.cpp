@@ -38,6 +38,16 @@ TEST(TailProbability, TwoSidedPointInvertsTheTail) {
   EXPECT_NEAR(two_sided_point(0.01), 2.5758293035489, 1e-13);
 }
 
+// exp(-x / 2) for two degrees of freedom; a square of a normal variable for one.
+TEST(TailProbability, ChiSquarePointIsTheInverse) {
+  for (const double significance : {1e-12, 1e-3, 0.01, 0.5, 1.0}) {
+    const double point = -2.0 * std::log(significance);
+    EXPECT_NEAR(chi_square_point(significance, 2.0), point, 1e-13 * (1.0 + point)) << significance;
+  }
+  EXPECT_NEAR(chi_square_point(0.01, 1.0), std::pow(two_sided_point(0.01), 2), 1e-12);
+  EXPECT_NEAR(chi_square_tail(chi_square_point(0.01, 25.0), 25.0), 0.01, 1e-14);
+}
+
 TEST(TailProbability, Ends) {
   EXPECT_EQ(chi_square_tail(0.0, 3.0), 1.0);
   EXPECT_EQ(chi_square_tail(-1.0, 3.0), 1.0);
