@@ -2,6 +2,7 @@
 #pragma once
 
 #include <blockid/blocks/hold.hpp>
+#include <blockid/estimators/excited_band.hpp>
 
 #include <Eigen/Core>
 #include <string>
@@ -19,12 +20,6 @@ struct Degrees {
 
 /// --orders NB,NA. Throws Error unless 0 <= NB <= NA and NA >= 1.
 Degrees parse_degrees(const std::vector<int>& orders);
-
-/// A range of frequencies in rad/s.
-struct FrequencyRange {
-  double low = 0.0;
-  double high = 0.0;
-};
 
 /// "LO:HI" with 0 < LO < HI. Throws Error that begins with `option`.
 FrequencyRange parse_frequency_range(const std::string& option, const std::string& text);

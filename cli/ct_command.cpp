@@ -9,6 +9,7 @@
 #include <blockid/blocks/series.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/continuous_chain.hpp>
+#include <blockid/estimators/continuous_delay.hpp>
 #include <blockid/estimators/trend_fit.hpp>
 
 #include <algorithm>
@@ -40,15 +41,20 @@ bool by_trends(const CtCommand& command) { return command.method == "goodwin" ||
 
 /// Options of one family of methods do not belong to the other.
 void check_options(const CtCommand& command) {
-  const std::vector<std::pair<const char*, bool>> of_trends = {{"--without", !command.without.empty()},
-                                                               {"--max-delay", command.max_delay > 0}};
+  if (command.refit && !command.without.empty()) {
+    fail("--refit: estimates all coefficients, those of --without, too; leave one of the two out");
+  }
+  const std::vector<std::pair<const char*, bool>> of_trends = {{"--without", !command.without.empty()}};
   const std::vector<std::pair<const char*, bool>> of_others = {{"--break-points", !command.break_points.empty()},
                                                                {"--hold", !command.hold.empty()},
                                                                {"--iv", command.iv},
-                                                               {"--refit", command.refit},
+                                                               {"--no-relocate", command.no_relocate},
                                                                {"--max-iterations", command.max_iterations > 0}};
-  for (const auto& [option, given] : by_trends(command) ? of_others : of_trends) {
-    if (given) fail(option, ": does not belong to --method ", command.method, "; leave it out");
+  const bool trends = by_trends(command);
+  for (const auto& [option, given] : trends ? of_others : of_trends) {
+    if (!given) continue;
+    fail(option, ": does not belong to --method ", command.method, ", only to ",
+         trends ? "flbf, svf and srivc" : "goodwin and tustin");
   }
 }
 
@@ -70,10 +76,12 @@ TrendStructure structure_of(const CtCommand& command) {
   return structure;
 }
 
-CtEstimate trends(const CtCommand& command, const DataSet& data) {
+CtEstimate trends(const CtCommand& command, const DataSet& data, const PredictionOptions& prediction) {
   const TrendStructure structure = structure_of(command);
-  return estimate_of(command.max_delay > 0 ? fit_trends_with_delay(data, structure, command.max_delay)
-                                           : fit_trends(data, structure));
+  CtEstimate estimate = estimate_of(command.max_delay > 0 ? fit_trends_with_delay(data, structure, command.max_delay)
+                                                          : fit_trends(data, structure));
+  if (command.refit) refit_estimate(estimate, with_late_input(data, estimate.delay, estimate.delay), prediction);
+  return estimate;
 }
 
 /// The estimate as a chain that simulates the record's samples.
@@ -95,8 +103,8 @@ CtOutcome outcome_of(const CtCommand& command) {
   const PredictionOptions prediction = prediction_options(scoring_of(command), command.data.period);
   const Record record = load(command.data);
   const SplitData data = split(record, command.ranges);
-  CtEstimate estimate =
-      by_trends(command) ? trends(command, data.train) : continuous_estimate(command, data.train, prediction);
+  CtEstimate estimate = by_trends(command) ? trends(command, data.train, prediction)
+                                           : continuous_estimate(command, data.train, prediction);
   Model model = chain_of(estimate, record);
   CtOutcome outcome{.source = command.data.file,
                     .method = command.method,

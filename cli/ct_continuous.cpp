@@ -1,12 +1,15 @@
 #include <blockid/cli/ct_outcome.hpp>
 
-#include <blockid/cli/excited_band.hpp>
+#include <blockid/cli/continuous_options.hpp>
 #include <blockid/cli/fit_outcome.hpp>
 #include <blockid/cli/text_table.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/continuous_delay.hpp>
 #include <blockid/estimators/continuous_fit.hpp>
 #include <blockid/estimators/continuous_refit.hpp>
+#include <blockid/estimators/excited_band.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -35,21 +38,6 @@ RationalBasis basis_of(const CtCommand& command, const Degrees& degrees, const D
   if (command.method != "svf") return localising_basis(points, degrees.numerator);
   const double pole = std::exp(points.array().log().mean());
   return state_variable_basis(degrees.denominator, degrees.numerator, pole);
-}
-
-/// Inputs `delay` samples late: the first outputs, whose inputs are not known, are left out.
-DataSet delayed(const DataSet& data, Index delay) {
-  if (delay == 0) return data;
-  DataSet result;
-  for (const Record& record : data.records) {
-    const Index count = record.u.size() - delay;
-    if (count < 1)
-      fail("--delay ", delay, ": expected less than the ", record.u.size(), " samples of ", describe(record));
-    Record late = slice(record, delay, record.u.size());
-    late.u = record.u.head(count);
-    result.records.push_back(std::move(late));
-  }
-  return result;
 }
 
 /// The record with its input `delay` samples late. What comes before the record: rest, the first sample, or what stands
@@ -95,32 +83,53 @@ nlohmann::ordered_json details_of(const ContinuousFit& fit, const ContinuousFitO
           {"unknowns", fit.unknowns},
           {"condition", finite_or_null(fit.condition)},
           {"condition_normalised", finite_or_null(fit.condition_normalised)},
+          {"drift", finite_or_null(fit.drift)},
+          {"relocations", fit.relocations},
           {"noise_standard_deviation", finite_or_null(fit.noise_deviation)},
           {"flags",
            {{"unstable", fit.flags.unstable},
             {"break_points_outside_band", fit.flags.break_points_outside_band},
             {"rank_deficient", fit.flags.rank_deficient},
-            {"not_converged", fit.flags.not_converged}}}};
+            {"not_converged", fit.flags.not_converged},
+            {"drift", fit.flags.drift},
+            {"relocated", fit.flags.relocated}}}};
 }
 
-/// Ends in least squares of the simulation error from the estimate.
-void refit(CtEstimate& estimate, const DataSet& data, Hold hold, const PredictionOptions& prediction) {
-  RefitOptions options;
-  options.prediction = prediction;
-  const ContinuousRefit refined = blockid::refit(estimate.transfer_function, data, hold, options);
-  estimate.transfer_function = refined.transfer_function;
-  estimate.covariance = refined.covariance;
-  estimate.facts.push_back("refitted to the simulation error: " + blockid::to_text(refined.report.status) + " after " +
-                           std::to_string(refined.report.iterations) + " iterations");
-  estimate.details["refit"] = {{"status", blockid::to_text(refined.report.status)},
-                               {"iterations", refined.report.iterations}};
+nlohmann::ordered_json delays_json(const std::vector<DelayTrial>& table) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const DelayTrial& trial : table) {
+    list.push_back({{"delay", trial.delay},
+                    {"squared_error", finite_or_null(trial.squared_error)},
+                    {"absolute_error", finite_or_null(trial.absolute_error)}});
+  }
+  return list;
 }
 
-}  // namespace
+/// What was found of the delay.
+struct FoundDelay {
+  Index delay = 0;
+  /// Empty when it was given.
+  std::vector<DelayTrial> table;
+};
 
-CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, const PredictionOptions& prediction) {
-  const Degrees degrees = parse_degrees(command.orders);
-  const DataSet late = delayed(data, command.delay);
+void check_delay(const CtCommand& command, const DataSet& data) {
+  const Index longest = std::max(command.delay, command.max_delay);
+  for (const Record& record : data.records) {
+    if (longest < record.u.size()) continue;
+    fail(command.max_delay > 0 ? "--max-delay " : "--delay ", longest, ": expected less than the ", record.u.size(),
+         " samples of ", describe(record));
+  }
+}
+
+FoundDelay delay_of(const CtCommand& command, const DataSet& data, const Degrees& degrees,
+                    const ContinuousFitOptions& options) {
+  if (command.max_delay == 0) return {command.delay, {}};
+  std::vector<DelayTrial> table = delay_table(data, basis_of(command, degrees, data), options, command.max_delay);
+  const Index delay = best_delay(table).delay;
+  return {delay, std::move(table)};
+}
+
+ContinuousFitOptions options_of(const CtCommand& command, const PredictionOptions& prediction) {
   ContinuousFitOptions options;
   options.method = method_of(command);
   options.input_hold = parse_hold(command.hold.empty() ? "spline3" : command.hold);
@@ -128,24 +137,60 @@ CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, co
   options.smoothed_regressand = options.input_hold == Hold::first_order;
   options.initial_state = prediction.initial_state;
   options.warmup = prediction.warmup;
+  options.relocate = !command.no_relocate;
   if (command.max_iterations > 0) options.max_iterations = command.max_iterations;
-  const RationalBasis basis = basis_of(command, degrees, late);
-  const ContinuousFit fit = fit_continuous(late, basis, options);
+  return options;
+}
+
+std::string search_text(const FoundDelay& found) {
+  const DelayTrial& best = best_delay(found.table);
+  return "delay " + std::to_string(found.delay) + " of 0 to " + std::to_string(found.table.size() - 1) +
+         " samples by the squared error of the simulation, IQ " + number(best.squared_error) + ", IV " +
+         number(best.absolute_error);
+}
+
+}  // namespace
+
+void refit_estimate(CtEstimate& estimate, const DataSet& late, const PredictionOptions& prediction) {
+  RefitOptions options;
+  options.prediction = prediction;
+  const ContinuousRefit refined = blockid::refit(estimate.transfer_function, late, estimate.hold, options);
+  estimate.transfer_function = refined.transfer_function;
+  estimate.covariance = refined.covariance;
+  if (!estimate.covariance.allFinite()) estimate.covariance.resize(0, 0);
+  estimate.summary = summary_of(estimate.transfer_function, estimate.covariance);
+  estimate.facts.push_back("refitted to the simulation error: " + blockid::to_text(refined.report.status) + " after " +
+                           std::to_string(refined.report.iterations) + " iterations");
+  estimate.details["refit"] = {{"status", blockid::to_text(refined.report.status)},
+                               {"iterations", refined.report.iterations}};
+}
+
+CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, const PredictionOptions& prediction) {
+  const Degrees degrees = parse_degrees(command.orders);
+  const ContinuousFitOptions options = options_of(command, prediction);
+  check_delay(command, data);
+  const FoundDelay found = delay_of(command, data, degrees, options);
+  const DataSet late = with_late_input(data, found.delay, found.delay);
+  const ContinuousFit fit = fit_continuous(late, basis_of(command, degrees, late), options);
   CtEstimate estimate;
   estimate.transfer_function = fit.model;
   estimate.covariance = fit.covariance;
-  estimate.delay = command.delay;
+  estimate.delay = found.delay;
   estimate.hold = options.input_hold;
-  estimate.facts = facts_of(fit, options, basis, command.delay);
-  estimate.details = details_of(fit, options, basis);
+  estimate.facts = facts_of(fit, options, fit.model.basis, found.delay);
+  estimate.details = details_of(fit, options, fit.model.basis);
+  if (!found.table.empty()) {
+    estimate.facts.push_back(search_text(found));
+    estimate.details["delays"] = delays_json(found.table);
+  }
+  if (!estimate.covariance.allFinite()) estimate.covariance.resize(0, 0);
+  estimate.summary = summary_of(estimate.transfer_function, estimate.covariance);
   ContinuousFitFlags flags = fit.flags;
   if (command.refit) {
-    refit(estimate, late, options.input_hold, prediction);
+    refit_estimate(estimate, late, prediction);
     flags.unstable = !is_stable(estimate.transfer_function);
   }
   estimate.warnings = texts(flags);
-  if (!estimate.covariance.allFinite()) estimate.covariance.resize(0, 0);
-  estimate.summary = summary_of(estimate.transfer_function, estimate.covariance);
   return estimate;
 }
 

@@ -57,6 +57,9 @@ std::string ct_report(const CtOutcome& outcome);
 /// A least-squares fit over trends as an estimate.
 CtEstimate estimate_of(const TrendFit& fit);
 
+/// Ends in least squares of the simulation error over the data, inputs as late as the estimate says.
+void refit_estimate(CtEstimate& estimate, const DataSet& late, const PredictionOptions& prediction);
+
 /// --method flbf, svf, srivc with what belongs to them. prediction: how records start, for the fit, too.
 /// Throws Error for bad options and for what fit_continuous() and refit() refuse.
 CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, const PredictionOptions& prediction);

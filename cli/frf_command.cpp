@@ -38,7 +38,8 @@ double point_of(const FrfCommand& command, std::size_t index, double otherwise) 
   return index < command.point.size() ? command.point[index] : otherwise;
 }
 
-RationalBasis basis_of(const FrfCommand& command, const Degrees& degrees, const FrequencyRange& band) {
+RationalBasis basis_of(const FrfCommand& command, const Degrees& degrees, const FrfData& data) {
+  const FrequencyRange band = band_of(data.response);
   const BasisKind kind = basis_kind(command.basis);
   check_localising_options(command, kind);
   const std::size_t most = kind == BasisKind::kautz ? 2 : 1;
@@ -57,9 +58,9 @@ RationalBasis basis_of(const FrfCommand& command, const Degrees& degrees, const 
     case BasisKind::localising:
       break;
   }
-  const Eigen::VectorXd points = command.break_points.empty() ? break_points(band.low, band.high, na)
-                                                              : parse_break_points(command.break_points, na, band);
-  return localising_basis(points, nb);
+  if (!command.break_points.empty()) return localising_basis(parse_break_points(command.break_points, na, band), nb);
+  const FrequencyRange place = break_point_band(data);
+  return localising_basis(break_points(place.low, place.high, na), nb);
 }
 
 FrequencyFitOptions options_of(const FrfCommand& command, const FrfData& data) {
@@ -107,7 +108,7 @@ FrfOutcome outcome_of(const FrfCommand& command) {
   outcome.source = command.data.file;
   outcome.data = load_frf(command, hold);
   outcome.options = options_of(command, outcome.data);
-  const RationalBasis basis = basis_of(command, degrees, band_of(outcome.data.response));
+  const RationalBasis basis = basis_of(command, degrees, outcome.data);
   outcome.fit = fit_frequency_response(outcome.data.response, basis, outcome.options);
   outcome.summary = summary_of(outcome.fit.model, known_covariance(outcome.fit));
   find_largest_differences(outcome);

@@ -3,7 +3,9 @@
 #include <blockid/cli/load_data.hpp>
 #include <blockid/cli/text_table.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/data/input_period.hpp>
 #include <blockid/data/load_response.hpp>
+#include <blockid/estimators/excited_band.hpp>
 #include <blockid/init/nonparametric_bla.hpp>
 
 #include <algorithm>
@@ -107,6 +109,19 @@ void check_record_hold(Hold hold) {
   fail("--hold ", blockid::to_text(hold), ": a record is read with zoh, foh or band_limited");
 }
 
+/// Leakage and noise go down with a period that is told.
+void warn_of_period(const FrfCommand& command, const DataSet& data, std::vector<std::string>& warnings) {
+  if (command.data.period > 0) return;
+  for (const Record& record : data.records) {
+    const Index period = record.period > 0 ? record.period : input_period(record.u);
+    if (period == 0) continue;
+    const std::string text = std::to_string(period);
+    warnings.push_back("the input repeats itself every " + text + " samples: with --period " + text +
+                       " the response is averaged over its periods, which leaves no leakage and tells deviations");
+    return;
+  }
+}
+
 FrfData from_record(const FrfCommand& command, Hold hold) {
   if (!command.data.output) fail("--output: expected the name of the output beside --input");
   if (command.transient_periods > 0 && command.data.period < 1) {
@@ -122,6 +137,8 @@ FrfData from_record(const FrfCommand& command, Hold hold) {
   constexpr Index kEnough = 2;
   data.weighty_deviations = (lines.total_variance.size() > 0 ? lines.total_dof : lines.noise_dof) >= kEnough;
   data.warnings = parts.warnings;
+  data.excited = excited_band(parts.train);
+  warn_of_period(command, parts.train, data.warnings);
   const VectorXcd held = hold_response(hold, lines.response.omega_rad_s, record.sample_time_s);
   data.response.omega_rad_s = lines.response.omega_rad_s;
   data.response.response = lines.response.response.cwiseQuotient(held);
@@ -162,6 +179,13 @@ FrfData load_frf(const FrfCommand& command, Hold hold) {
          number(all.high), " rad/s");
   }
   return data;
+}
+
+FrequencyRange break_point_band(const FrfData& data) {
+  const FrequencyRange tones = band_of(data.response);
+  if (!data.excited) return tones;
+  const FrequencyRange both{std::max(tones.low, data.excited->low), std::min(tones.high, data.excited->high)};
+  return both.low < both.high ? both : tones;
 }
 
 FrequencyRange band_of(const FrequencyResponse& g) {

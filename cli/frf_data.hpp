@@ -19,6 +19,8 @@ struct FrfData {
   bool weighty_deviations = false;
   /// Of the record, or as given with a table; none when unknown.
   std::optional<double> sample_time_s;
+  /// Of a record: where its input has its power, rad/s.
+  std::optional<FrequencyRange> excited;
   std::vector<std::string> warnings;
 };
 
@@ -28,6 +30,9 @@ FrfData load_frf(const FrfCommand& command, Hold hold);
 
 /// Lowest positive and highest frequency.
 FrequencyRange band_of(const FrequencyResponse& g);
+
+/// Where break points go that are not told: the band of the tones, of a record that part of it which the input excites.
+FrequencyRange break_point_band(const FrfData& data);
 
 /// Response at omega of what makes a signal out of samples, (F,): samples times it = the signal's spectrum, aliases
 /// left out. exp(-j w h / 2) sinc(w h / 2) for zero order, sinc^2 for first order, one for the band-limited signal and

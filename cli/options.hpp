@@ -150,10 +150,11 @@ struct CtCommand {
   RangeOptions ranges;
   /// initial_state is empty when it follows from the method.
   ScoringOptions scoring = {.initial_state = ""};
-  std::string method = "tustin";
+  std::string method = "srivc";
   /// NB,NA
   std::vector<int> orders;
-  /// LO:HI[:COUNT] in rad/s; empty: the band of the input. Of flbf, svf and srivc, as all up to `without`.
+  /// LO:HI[:COUNT] in rad/s; empty: the band of the input. Of flbf, svf and srivc, as all up to `max_iterations` but
+  /// `refit`.
   std::string break_points;
   /// How the input runs between samples; empty: spline3, or zoh for trends.
   std::string hold;
@@ -161,6 +162,8 @@ struct CtCommand {
   bool iv = false;
   /// Least squares of the simulation error at the end.
   bool refit = false;
+  /// Break points of flbf and srivc stay where they are.
+  bool no_relocate = false;
   /// Of srivc; 0: its own number.
   int max_iterations = 0;
   /// Coefficients that are zero, "a0", "b1".

@@ -281,7 +281,7 @@ void add_ct(CLI::App& program, CtCommand& command) {
   app.add_option("--method", command.method,
                  "flbf: least squares in frequency localising functions, svf: with a state-variable filter, srivc: "
                  "refined instrumental variables in the former; goodwin: trends by the delta operator, tustin: by the "
-                 "bilinear one (default: tustin)")
+                 "bilinear one (default: srivc)")
       ->type_name("NAME")
       ->check(CLI::IsMember({"flbf", "svf", "srivc", "goodwin", "tustin"}))
       ->group(group);
@@ -296,6 +296,9 @@ void add_ct(CLI::App& program, CtCommand& command) {
                  "the pole of the filter (default: the band of the input)")
       ->type_name("LO:HI[:COUNT]")
       ->group(group);
+  app.add_flag("--no-relocate", command.no_relocate,
+               "flbf, srivc: keep the break points even where |A/E| drifts over decades (default: off)")
+      ->group(group);
   app.add_option("--hold", command.hold,
                  "input between samples: zoh, foh, spline3, spline5, spline7 (default: spline3; trends: zoh)")
       ->type_name("WORD")
@@ -303,7 +306,7 @@ void add_ct(CLI::App& program, CtCommand& command) {
   app.add_flag("--iv", command.iv, "flbf, svf: instrumental variables after the least squares (default: off)")
       ->group(group);
   app.add_flag("--refit", command.refit,
-               "flbf, svf, srivc: end in least squares of the simulation error (default: off)")
+               "end in least squares of the simulation error, whatever the method (default: off)")
       ->group(group);
   app.add_option("--max-iterations", command.max_iterations, "srivc: iterations (default: 50)")
       ->type_name("N")
@@ -320,9 +323,10 @@ void add_ct(CLI::App& program, CtCommand& command) {
                                  ->type_name("K")
                                  ->check(CLI::NonNegativeNumber)
                                  ->group(group);
-  app.add_option(
-         "--max-delay", command.max_delay,
-         "goodwin, tustin: longest delay in samples of a search by the squared prediction error (default: none)")
+  app.add_option("--max-delay", command.max_delay,
+                 "longest delay in samples of a search: by the squared error of the simulation, of goodwin and tustin "
+                 "that one step "
+                 "ahead (default: none)")
       ->type_name("K")
       ->check(CLI::PositiveNumber)
       ->excludes(delay)
@@ -388,7 +392,7 @@ void add_frequency_fit(CLI::App& app, FrfCommand& command) {
       ->group(group);
   app.add_option("--break-points", command.break_points,
                  "flbf: break points with equal ratios from LO to HI; there are NA of them (default: over the band of "
-                 "the data)")
+                 "the data, of a record where its input has power)")
       ->type_name("LO:HI[:COUNT]")
       ->group(group);
   app.add_flag("--no-relocate", command.no_relocate,

@@ -2,8 +2,10 @@
 
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/accumulators.hpp>
+#include <blockid/estimators/detail/break_point_relocation.hpp>
 #include <blockid/estimators/detail/continuous_equation.hpp>
 #include <blockid/estimators/detail/held_states.hpp>
+#include <blockid/estimators/excited_band.hpp>
 #include <blockid/estimators/frequency_fit.hpp>
 
 #include <blockid/blocks/detail/hold.hpp>
@@ -37,6 +39,9 @@ constexpr std::array<std::pair<ContinuousMethod, const char*>, 3> kMethods = {
 constexpr double kRounding = 1e-10;
 /// Where a pole on the imaginary axis is put, relative to its modulus.
 constexpr double kLeastDamping = 1e-6;
+constexpr int kMaxRelocations = 5;
+/// Fits whose simulations differ by less are one: then the smaller drift is better.
+constexpr double kSameRms = 1.0 + 1e-6;
 
 // ------------------------------------------------------------------------------------------------------- prefilters
 
@@ -246,6 +251,20 @@ MatrixXd model_covariance(const ContinuousEquation& equation, const MatrixXd& co
   return covariance(order, order);
 }
 
+/// See ContinuousFit::drift. Poles are taken into the band first: beyond it nothing of them is seen.
+double drift_of(const ContinuousTransferFunction& model, const FrequencyRange& band) {
+  if (model.basis.kind != BasisKind::localising) return 1.0;
+  constexpr Index kFrequencies = 100;
+  const VectorXd moduli = poles(model).cwiseAbs().cwiseMax(band.low).cwiseMin(band.high);
+  Eigen::ArrayXd logarithm = Eigen::ArrayXd::Zero(kFrequencies);
+  const Eigen::ArrayXd omega = break_points(band.low, band.high, kFrequencies).array();
+  for (Index k = 0; k < moduli.size(); ++k) {
+    logarithm += 0.5 * ((omega.square() + moduli[k] * moduli[k]).log() -
+                        (omega.square() + std::pow(model.basis.points[k], 2)).log());
+  }
+  return std::exp(logarithm.maxCoeff() - logarithm.minCoeff());
+}
+
 bool outside_band(const ContinuousEquation& equation, const DataSet& data) {
   Index longest = 0;
   for (const Record& record : data.records) longest = std::max(longest, record.u.size());
@@ -282,6 +301,8 @@ std::vector<std::string> texts(const ContinuousFitFlags& flags) {
   }
   if (flags.rank_deficient) result.emplace_back("the data do not determine all unknowns");
   if (flags.not_converged) result.emplace_back("the iterations did not converge");
+  if (flags.drift) result.emplace_back("|A/E| drifts by more than 1000 over the band: digits are lost");
+  if (flags.relocated) result.emplace_back("break points were relocated");
   return result;
 }
 
@@ -289,7 +310,10 @@ RationalBasis state_variable_basis(Index order, Index numerator_degree, double p
   return monomial_basis(order, numerator_degree, pole_rad_s);
 }
 
-ContinuousFit fit_continuous(const DataSet& data, const RationalBasis& basis, const ContinuousFitOptions& options) {
+namespace {
+
+/// In the basis as it is.
+ContinuousFit fit_in(const DataSet& data, const RationalBasis& basis, const ContinuousFitOptions& options) {
   const ContinuousEquation equation(data, basis, options);
   const VectorXd prefilter = fixed_prefilter(basis);
   const QrTriangle regression = equation.regression(prefilter);
@@ -312,7 +336,84 @@ ContinuousFit fit_continuous(const DataSet& data, const RationalBasis& basis, co
   fit.flags.break_points_outside_band = outside_band(equation, data);
   fit.flags.rank_deficient = fit.rank < fit.unknowns;
   fit.flags.not_converged = !found.converged;
+  fit.drift = drift_of(fit.model, sampled_band(data));
+  fit.flags.drift = fit.drift > kDriftLimit;
   return fit;
+}
+
+/// A fit with what it is judged by.
+struct Judged {
+  ContinuousFit fit;
+  double rms = std::numeric_limits<double>::infinity();
+
+  bool better_than(const Judged& other) const {
+    if (fit.flags.unstable != other.fit.flags.unstable) return other.fit.flags.unstable;
+    if (rms > other.rms * kSameRms) return false;
+    return rms * kSameRms < other.rms || fit.drift < other.fit.drift;
+  }
+};
+
+ContinuousFit relocated(const DataSet& data, const RationalBasis& given, ContinuousFit start,
+                        const ContinuousFitOptions& options) {
+  const FrequencyRange all = sampled_band(data);
+  Judged best{std::move(start), 0.0};
+  best.rms = simulation_rms(best.fit.model, data, options);
+  int relocations = 0;
+  const auto attempt = [&](const VectorXd& points) {
+    RationalBasis basis = given;
+    basis.points = points;
+    Judged next{fit_in(data, basis, options), 0.0};
+    next.rms = simulation_rms(next.fit.model, data, options);
+    ++relocations;
+    if (next.better_than(best)) best = next;
+    return next.fit;
+  };
+  const auto settle = [&](ContinuousFit current) {
+    for (int k = 0; k < kMaxRelocations && current.flags.drift; ++k) {
+      current = attempt(detail::relocated_points(poles(current.model), all));
+    }
+  };
+  settle(best.fit);
+  const FrequencyRange band = excited_band(data);
+  settle(attempt(break_points(band.low, band.high, given.order)));
+  best.fit.relocations = relocations;
+  best.fit.flags.relocated = best.fit.model.basis.points != given.points;
+  return best.fit;
+}
+
+}  // namespace
+
+ContinuousFit fit_continuous(const DataSet& data, const RationalBasis& basis, const ContinuousFitOptions& options) {
+  ContinuousFit fit = fit_in(data, basis, options);
+  if (!options.relocate || !fit.flags.drift) return fit;
+  const bool outside = fit.flags.break_points_outside_band;
+  fit = relocated(data, basis, std::move(fit), options);
+  fit.flags.break_points_outside_band = outside;
+  return fit;
+}
+
+ContinuousFit fit_continuous(const DataSet& data, Index numerator_degree, Index order,
+                             const ContinuousFitOptions& options) {
+  check(data);
+  if (order < 1) fail("continuous fit: expected an order of at least 1, got ", order);
+  const FrequencyRange band = excited_band(data);
+  return fit_continuous(data, localising_basis(break_points(band.low, band.high, order), numerator_degree), options);
+}
+
+double simulation_rms(const ContinuousTransferFunction& model, const DataSet& data,
+                      const ContinuousFitOptions& options) {
+  double sum = 0.0;
+  double counted = 0.0;
+  for (const Record& record : data.records) {
+    const VectorXd y = simulate(model, record, {options.input_hold, options.initial_state, options.warmup});
+    for (Index t = options.warmup; t < y.size(); ++t) {
+      if (is_missing(record, t)) continue;
+      sum += std::pow(weight(record, t) * (record.y[t] - y[t]), 2);
+      counted += 1.0;
+    }
+  }
+  const double rms = std::sqrt(sum / counted);
+  return std::isfinite(rms) ? rms : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace blockid

@@ -47,6 +47,10 @@ struct ContinuousFitOptions {
   int max_iterations = 50;
   /// They end when a step is below this share of the standard deviation of the estimate.
   double tolerance = 1e-3;
+  /// Break points of a localising basis move to the moduli of the poles found, spread within pairs by 1.6, as long as
+  /// `drift` is above kDriftLimit; evenly spread ones over the band that the input excites are tried besides. The
+  /// result is the fit whose simulation is nearest to the data.
+  bool relocate = true;
 };
 
 /// What the numbers say about a fit that was found.
@@ -55,6 +59,8 @@ struct ContinuousFitFlags {
   bool break_points_outside_band = false;  ///< a break point below one turn a record or above the Nyquist frequency
   bool rank_deficient = false;             ///< the data do not determine all unknowns
   bool not_converged = false;              ///< max_iterations came first
+  bool drift = false;                      ///< `drift` is above kDriftLimit in the basis of the result
+  bool relocated = false;                  ///< the basis of the result is not the given one
 };
 
 /// Each raised flag as a sentence.
@@ -82,6 +88,10 @@ struct ContinuousFit {
   Index unknowns = 0;
   Index rows = 0;
   int iterations = 0;
+  /// max / min over the band of the data of prod_k |j omega + |lambda_k|| / |j omega + p_k|, lambda_k the poles of the
+  /// model, p_k the break points: how far |A/E| drifts, its resonances left out. 1 for other bases.
+  double drift = 1.0;
+  int relocations = 0;
   ContinuousFitFlags flags;
 };
 
@@ -94,6 +104,14 @@ struct ContinuousFit {
 /// is periodic (or zero without a warm-up), more than 64 runs, fewer rows than unknowns, and options that contradict
 /// each other. What the numbers do is told by flags.
 ContinuousFit fit_continuous(const DataSet& data, const RationalBasis& basis, const ContinuousFitOptions& options = {});
+/// In localising functions with n break points evenly spread over excited_band(data).
+ContinuousFit fit_continuous(const DataSet& data, Index numerator_degree, Index order,
+                             const ContinuousFitOptions& options = {});
+
+/// The root of the weighted mean of (y - yhat)^2 over the samples after the warm-up, by simulate() with the start and
+/// the hold of the options. Infinite where the simulation is not finite.
+double simulation_rms(const ContinuousTransferFunction& model, const DataSet& data,
+                      const ContinuousFitOptions& options);
 
 /// B/A u of one record, (N,), from rest, in periodic steady state, or with the initial state that fits the present
 /// output samples after the warm-up best. Not finite where an unstable model overflows.

@@ -2,6 +2,8 @@
 
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/accumulators.hpp>
+#include <blockid/estimators/detail/break_point_relocation.hpp>
+#include <blockid/estimators/excited_band.hpp>
 
 #include <ceres/cost_function.h>
 #include <ceres/problem.h>
@@ -26,8 +28,6 @@ using Complex = std::complex<double>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxRelocations = 10;
-/// How far the two break points of a pair lie from the modulus of its poles.
-constexpr double kPairSpread = 1.6;
 
 constexpr std::array<std::pair<FrequencyMethod, const char*>, 4> kMethods = {
     {{FrequencyMethod::least_squares, "ls"},
@@ -386,13 +386,8 @@ Estimate run_method(const Tones& tones, const VectorXd& first, const FrequencyFi
 
 // ------------------------------------------------------------------------------------------------------ break points
 
-struct Band {
-  double low = 0.0;
-  double high = 0.0;
-};
-
-Band positive_band(const VectorXd& omega) {
-  Band band;
+FrequencyRange positive_band(const VectorXd& omega) {
+  FrequencyRange band;
   for (const double value : omega) {
     if (value <= 0.0) continue;
     if (band.low == 0.0) band.low = value;
@@ -402,23 +397,11 @@ Band positive_band(const VectorXd& omega) {
   return band;
 }
 
-bool outside(const RationalBasis& basis, const Band& band) {
+bool outside(const RationalBasis& basis, const FrequencyRange& band) {
   if (basis.kind != BasisKind::localising) return false;
   constexpr double kRounding = 1e-9;
   return basis.points.minCoeff() < band.low * (1.0 - kRounding) ||
          basis.points.maxCoeff() > band.high * (1.0 + kRounding);
-}
-
-/// Moduli of the poles within the band, apart by kPairSpread squared in each pair.
-VectorXd relocated_points(const ContinuousTransferFunction& model, const Band& band) {
-  VectorXd moduli = poles(model).cwiseAbs().cwiseMax(band.low).cwiseMin(band.high);
-  std::sort(moduli.begin(), moduli.end());
-  for (Index k = 0; k + 1 < moduli.size(); k += 2) {
-    moduli[k] /= kPairSpread;
-    moduli[k + 1] *= kPairSpread;
-  }
-  std::sort(moduli.begin(), moduli.end());
-  return moduli;
 }
 
 /// An estimate with the basis in which it was made.
@@ -457,7 +440,7 @@ struct Relocated {
   int relocations = 0;
 };
 
-Relocated relocate(const InputOutputSpectra& data, const VectorXd& weights, const Band& band, Placed start,
+Relocated relocate(const InputOutputSpectra& data, const VectorXd& weights, const FrequencyRange& band, Placed start,
                    const FrequencyFitOptions& options) {
   Relocated result{std::move(start), 0};
   const RationalBasis given = result.best.basis;
@@ -476,7 +459,7 @@ Relocated relocate(const InputOutputSpectra& data, const VectorXd& weights, cons
     for (int k = 0; k < kMaxRelocations && current.drift > kDriftLimit; ++k) {
       const ContinuousTransferFunction model{current.basis, current.estimate.theta.head(given.order),
                                              current.estimate.theta.tail(given.numerator_degree + 1)};
-      current = attempt(relocated_points(model, band));
+      current = attempt(detail::relocated_points(poles(model), band));
     }
   };
   settle(result.best);
@@ -558,7 +541,7 @@ FrequencyFit fit_frequency_response(const InputOutputSpectra& data, const Ration
   fit.weights = used_weights(data, options);
   Placed placed = place(data, fit.weights, basis, options);
   const Tones given(data, fit.weights, basis);
-  const Band band = positive_band(given.omega());
+  const FrequencyRange band = positive_band(given.omega());
   if (options.relocate && basis.kind == BasisKind::localising && placed.drift > kDriftLimit) {
     Relocated relocated = relocate(data, fit.weights, band, std::move(placed), options);
     placed = std::move(relocated.best);
@@ -593,7 +576,7 @@ FrequencyFit fit_frequency_response(const FrequencyResponse& data, Index numerat
                                     const FrequencyFitOptions& options) {
   const InputOutputSpectra spectra = spectra_of(data);
   if (order < 1) fail("frequency fit: expected an order of at least 1, got ", order);
-  const Band band = positive_band(data.omega_rad_s);
+  const FrequencyRange band = positive_band(data.omega_rad_s);
   return fit_frequency_response(spectra, localising_basis(break_points(band.low, band.high, order), numerator_degree),
                                 options);
 }

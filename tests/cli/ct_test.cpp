@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -47,6 +48,9 @@ class CtCommand : public ::testing::Test {
   ProgramRun ct(const std::vector<std::string>& more, const std::string& file = "servo.csv") const {
     std::vector<std::string> arguments = {"ct", file, "--input", "u", "--output", "v", "--sample-time", "0.001"};
     arguments.insert(arguments.end(), more.begin(), more.end());
+    if (std::find(more.begin(), more.end(), "--method") == more.end()) {
+      arguments.insert(arguments.end(), {"--method", "tustin"});
+    }
     return run_program(arguments, folder_.path());
   }
 
@@ -269,6 +273,76 @@ TEST_F(CtFilters, TellsOfBreakPointsAndRank) {
   EXPECT_THAT(beyond.err, HasSubstr("outside the band of the data"));
 }
 
+TEST_F(CtFilters, RefinedInstrumentalVariablesAreTheDefault) {
+  const ProgramRun run = run_program({"ct", "servo.csv", "--input", "u", "--output", "v", "--sample-time", "0.001",
+                                      "--orders", "0,2", "--hold", "zoh", "--json", "ct.json"},
+                                     folder_.path());
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(json_file(folder_ / "ct.json")["method"], "srivc");
+  expect_servo(6e-3);
+}
+
+TEST_F(CtFilters, SearchTheDelay) {
+  const Eigen::VectorXd u = problems::two_tones(2000, kSampleTime);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(2000);
+  y.tail(1995) = problems::servo_response(u, kSampleTime).velocity_mm_s.head(1995);
+  write("late.csv", u, y);
+  for (const char* method : {"flbf", "svf", "srivc"}) {
+    const ProgramRun run = filters(method, {"--max-delay", "8", "--refit"}, "late.csv");
+    ASSERT_EQ(run.code, 0) << run.err;
+    const json result = json_file(folder_ / "ct.json");
+    EXPECT_EQ(result["delay"], 5) << method;
+    ASSERT_EQ(result["delays"].size(), 9U);
+    // Less than one sample of delay is what a held input lets the model make up for.
+    EXPECT_LT(result["delays"][5]["squared_error"], result["delays"][4]["squared_error"]) << method;
+    EXPECT_LT(result["delays"][5]["squared_error"], result["delays"][6]["squared_error"]) << method;
+  }
+}
+
+TEST_F(CtFilters, TrendsAreRefittedToo) {
+  // Two tones, no noise: Tustin's error of 2e-4 goes down to that of the search.
+  ASSERT_EQ(ct({"--orders", "0,2", "--refit", "--json", "ct.json"}).code, 0);
+  expect_servo(1e-5);
+  EXPECT_EQ(json_file(folder_ / "ct.json")["refit"]["status"], "converged");
+}
+
+TEST_F(CtFilters, BreakPointsMoveToThePoles) {
+  // 20 rad/s twice beside 1000 and 3000 rad/s: |A/E| drifts by 7500.
+  ASSERT_EQ(filters("flbf", {"--break-points", "1000:3000", "--no-relocate"}).code, 0);
+  const json kept = json_file(folder_ / "ct.json");
+  EXPECT_FALSE(kept["flags"]["relocated"].get<bool>());
+  EXPECT_TRUE(kept["flags"]["drift"].get<bool>());
+  const ProgramRun run = filters("flbf", {"--break-points", "1000:3000"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json moved = json_file(folder_ / "ct.json");
+  EXPECT_TRUE(moved["flags"]["relocated"].get<bool>());
+  EXPECT_LT(moved["drift"].get<double>(), 10.0);
+  EXPECT_LE(moved["train"]["rmse"], kept["train"]["rmse"]);
+  EXPECT_THAT(run.err, HasSubstr("break points were relocated"));
+}
+
+TEST_F(CtFilters, RefusesNonUniformSampling) {
+  Table table;
+  table.has_header = true;
+  table.names = {"t", "u", "v"};
+  table.values.resize(200, 3);
+  const Eigen::VectorXd u = problems::two_tones(200, kSampleTime);
+  table.values << kSampleTime * Eigen::VectorXd::LinSpaced(200, 0.0, 199.0), u, u;
+  table.values(100, 0) += 0.5 * kSampleTime;
+  write_file_atomically(folder_ / "uneven.csv", to_csv(table));
+  for (const char* command : {"ct", "linear"}) {
+    std::vector<std::string> arguments = {command, "uneven.csv",         "--input", "u", "--output",
+                                          "v",     "--sample-time-from", "t"};
+    const std::vector<std::string> more = command == std::string("ct")
+                                              ? std::vector<std::string>{"--orders", "0,2"}
+                                              : std::vector<std::string>{"--structure", "arx", "--orders", "na=1"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramRun run = run_program(arguments, folder_.path());
+    EXPECT_EQ(run.code, 1) << command;
+    EXPECT_THAT(run.err, HasSubstr("t")) << command;
+  }
+}
+
 TEST_F(CtFilters, RefusesOptionsOfOtherMethods) {
   const auto refused = [&](const std::vector<std::string>& more, const std::string& words) {
     const ProgramRun run = ct(more);
@@ -279,10 +353,12 @@ TEST_F(CtFilters, RefusesOptionsOfOtherMethods) {
   refused({"--orders", "1,2", "--hold", "foh"}, "--hold: " + filters_only);
   refused({"--orders", "1,2", "--break-points", "1:2"}, "--break-points: " + filters_only);
   refused({"--orders", "1,2", "--iv"}, "--iv: " + filters_only);
-  refused({"--orders", "1,2", "--refit"}, "--refit: " + filters_only);
+  refused({"--orders", "1,2", "--no-relocate"}, "--no-relocate: " + filters_only + ", only to flbf, svf and srivc");
+  refused({"--orders", "1,2", "--refit", "--without", "b1"}, "--refit: estimates all coefficients");
   refused({"--orders", "1,2", "--max-iterations", "9"}, "--max-iterations: " + filters_only);
-  refused({"--orders", "1,2", "--method", "flbf", "--without", "b1"}, "--without: does not belong to --method flbf");
-  refused({"--orders", "1,2", "--method", "svf", "--max-delay", "3"}, "--max-delay: does not belong to --method svf");
+  refused({"--orders", "1,2", "--method", "flbf", "--without", "b1"},
+          "--without: does not belong to --method flbf, only to goodwin and tustin");
+  refused({"--orders", "1,2", "--method", "svf", "--max-delay", "2000"}, "--max-delay 2000: expected less than");
   refused({"--orders", "1,2", "--method", "srivc", "--iv"}, "srivc refines instrumental variables itself");
   refused({"--orders", "3,2", "--method", "flbf"}, "expected NB,NA with 0 <= NB <= NA");
   refused({"--orders", "1,2", "--method", "flbf", "--hold", "wave"}, "--hold wave: expected one of zoh");

@@ -292,6 +292,9 @@ TEST_F(FrfRecord, RecordsWithoutAPeriodByTheLocalPolynomialMethod) {
   const ProgramRun run = frf("record.csv", record({"--orders", "1,2"}));
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(result()["data"]["origin"].get<std::string>(), HasSubstr("local polynomial method"));
+  // Its period is 1000 samples, which nobody has told.
+  EXPECT_THAT(run.err, HasSubstr("warning: the input repeats itself every 1000 samples: with --period 1000"));
+  EXPECT_THAT(frf("record.csv", record({"--period", "1000", "--orders", "1,2"})).err, Not(HasSubstr("repeats itself")));
 }
 
 // ------------------------------------------------------------------------------------------------ flags and mistakes

@@ -1,13 +1,16 @@
-#include <blockid/cli/excited_band.hpp>
+#include <blockid/estimators/excited_band.hpp>
 
+#include <Eigen/Core>
 #include <unsupported/Eigen/FFT>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-namespace blockid::cli {
+namespace blockid {
 namespace {
+
+using Index = Eigen::Index;
 
 /// Of the power of the input at either end.
 constexpr double kLeftOut = 0.01;
@@ -64,4 +67,4 @@ FrequencyRange excited_band(const DataSet& data) {
   return band;
 }
 
-}  // namespace blockid::cli
+}  // namespace blockid
