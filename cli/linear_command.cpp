@@ -3,9 +3,11 @@
 #include <blockid/cli/exit_codes.hpp>
 #include <blockid/cli/fit_outcome.hpp>
 #include <blockid/cli/interrupt.hpp>
+#include <blockid/cli/linear_outcome.hpp>
 #include <blockid/cli/load_data.hpp>
 #include <blockid/cli/metrics_table.hpp>
 #include <blockid/cli/outputs.hpp>
+#include <blockid/cli/report_fit.hpp>
 #include <blockid/cli/text_table.hpp>
 
 #include <blockid/blocks/model_json.hpp>
@@ -26,19 +28,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Align = TextTable::Align;
 
-/// Figures of one horizon.
-struct Score {
-  std::string name;
-  Metrics train;
-  std::optional<Metrics> test;
-};
-
-struct LinearOutcome {
-  PolynomialIdentification found;
-  std::vector<Score> scores;
-  bool finite = true;
-  std::vector<std::string> warnings;
-};
+using Score = LinearScore;
 
 const std::vector<std::string>& keys_of(const std::string& structure) {
   static const std::map<std::string, std::vector<std::string>> kKeys = {{"arx", {"na", "nb", "nk"}},
@@ -131,6 +121,19 @@ std::vector<std::string> warnings_of(const PolynomialFit& fit) {
   return warnings;
 }
 
+void add_simulations(LinearOutcome& outcome, const SplitData& data, const PredictionOptions& prediction) {
+  const PolynomialModel& model = outcome.found.fit.model;
+  const Model path = deterministic_part(model);
+  const auto simulated = [&](const DataSet& records) {
+    return evaluate(path, records, prediction.warmup,
+                    [&](const Record& record) { return predict(model, record, kSimulation, prediction); });
+  };
+  outcome.train_ranges = data.train_ranges;
+  outcome.test_ranges = data.test_ranges;
+  outcome.train = simulated(data.train);
+  if (!data.test.records.empty()) outcome.test = simulated(data.test);
+}
+
 LinearOutcome outcome_of(const LinearCommand& command) {
   const PolynomialOrders orders = orders_of(command);
   PolynomialFitOptions options;
@@ -153,6 +156,13 @@ LinearOutcome outcome_of(const LinearCommand& command) {
       score.test = scored(fit.model, data.test, ahead, options.prediction, outcome.finite);
     }
     outcome.scores.push_back(std::move(score));
+  }
+  add_simulations(outcome, data, options.prediction);
+  try {
+    outcome.judgement = judge(fit, data.train, data.test, options.prediction);
+  } catch (const Error& error) {
+    // A result without the tests is worth more than none: a perfect fit, for one, leaves nothing to test.
+    outcome.not_judged = error.what();
   }
   return outcome;
 }
@@ -197,6 +207,12 @@ void print_outcome(const LinearCommand& command, const LinearOutcome& outcome) {
     if (score.test) metrics.rows.push_back(metrics_row("test, " + score.name, *score.test));
   }
   print(std::cout, metrics);
+  if (outcome.judgement) {
+    std::cout << "errors one step ahead:\n";
+    print_judgement(std::cout, *outcome.judgement);
+  } else {
+    std::cout << "no residual tests: " << outcome.not_judged << '\n';
+  }
 }
 
 Json vector_json(const Eigen::VectorXd& values) {
@@ -270,6 +286,7 @@ Json result_json(const LinearCommand& command, const LinearOutcome& outcome) {
   }
   result["candidates"] = trials_json(outcome.found.trials);
   result["scores"] = scores_json(outcome.scores);
+  if (outcome.judgement) result["residual_tests"] = judgement_json(*outcome.judgement);
   result["warnings"] = outcome.warnings;
   return result;
 }
@@ -278,7 +295,8 @@ Json result_json(const LinearCommand& command, const LinearOutcome& outcome) {
 
 int run_linear(const LinearCommand& command) {
   const InterruptGuard guard;
-  check_outputs({command.model, command.json});
+  check_outputs({command.model, command.json, command.report});
+  if (!command.report.empty()) announce_missing_gnuplot(std::cerr);
   const LinearOutcome outcome = outcome_of(command);
   for (const std::string& warning : outcome.warnings) std::cerr << "blockid: warning: " << warning << '\n';
   if (!command.quiet) print_outcome(command, outcome);
@@ -286,6 +304,7 @@ int run_linear(const LinearCommand& command) {
   const PolynomialFit& fit = outcome.found.fit;
   if (!command.model.empty()) write_output(command.model, to_json(deterministic_part(fit.model)));
   if (!command.json.empty()) write_output(command.json, json_text(result_json(command, outcome)));
+  if (!command.report.empty()) write_output(command.report, linear_report(command, outcome));
   if (interrupted()) return kInterrupted;
   return outcome.finite && fit.status != FitStatus::diverged ? kSuccess : kNumericalFailure;
 }

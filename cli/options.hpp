@@ -232,6 +232,7 @@ struct LinearCommand {
   /// The path from input to output.
   std::string model;
   std::string json;
+  std::string report;
   bool quiet = false;
 };
 

@@ -484,6 +484,7 @@ void add_linear(CLI::App& program, LinearCommand& command) {
       ->group(group);
   add_file(app, "-o,--save", command.model, "model file (JSON) of the path from input to output, for simulate");
   add_file(app, "--json", command.json, "all figures of the result as JSON");
+  add_file(app, "--report", command.report, "self-contained HTML report; its pictures need gnuplot");
   add_quiet(app, command.quiet)->group("Results");
 }
 

@@ -93,6 +93,33 @@ TEST_F(LinearCommand, IdentifiesBoxJenkins) {
   EXPECT_NEAR(rmse / result["scores"][2]["train"]["rmse"].get<double>(), 1.0, 0.15);
 }
 
+TEST_F(LinearCommand, TheReportShowsResponsesAndResidualTests) {
+  const ProgramRun run = linear({"--structure", "bj", "--orders", "nb=3,nf=2,nc=1,nd=2,nk=1", "--train", "0:2000",
+                                 "--test", "2000:3000", "--report", "l.html", "--json", "l.json"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::string page = read_file(folder_ / "l.html");
+  for (const char* id : {"measured-zoom", "measured-whole", "bode-G", "bode-H", "pole-zero-G",
+                         "residual-cross-correlation", "residual-autocorrelation"}) {
+    EXPECT_THAT(page, HasSubstr("<figure id=\"" + std::string(id) + "\"")) << id;
+  }
+  const json tests = json_file(folder_ / "l.json")["residual_tests"];
+  EXPECT_TRUE(tests["passed"].get<bool>()) << tests["verdict"];
+  EXPECT_EQ(tests["set"], "test");
+}
+
+TEST_F(LinearCommand, ResidualTestsTellOfANoiseModelThatIsTooSmall) {
+  // The path is there, the noise is taken for white: coloured errors, in which nothing of the input is left.
+  ASSERT_EQ(linear({"--structure", "oe", "--orders", "nb=3,nf=2,nk=1", "--json", "l.json"}).code, 0);
+  const json tests = json_file(folder_ / "l.json")["residual_tests"];
+  for (const json& test : tests["tests"]) {
+    if (test["test"] != "whiteness" && test["test"] != "input") continue;
+    EXPECT_EQ(test["passed"].get<bool>(), test["test"] == "input") << test["test"];
+  }
+  // One pole too few.
+  ASSERT_EQ(linear({"--structure", "bj", "--orders", "nb=0,nf=1,nc=1,nd=2,nk=1", "--json", "l.json"}).code, 0);
+  EXPECT_FALSE(json_file(folder_ / "l.json")["residual_tests"]["passed"].get<bool>());
+}
+
 TEST_F(LinearCommand, EveryStructureHasItsOrders) {
   const std::vector<std::vector<std::string>> calls = {
       {"arx", "na=4,nb=4,nk=1"}, {"armax", "na=2,nb=2,nc=2,nk=1"}, {"oe", "nb=3,nf=2,nk=1"}};
