@@ -47,7 +47,8 @@ constexpr int kPolishSteps = 8;
 template <class Real>
 Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& matrix) {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-  const Eigen::EigenSolver<Matrix> solver(matrix.cast<Real>(), false);
+  const Matrix wide = matrix.cast<Real>();
+  const Eigen::EigenSolver<Matrix> solver(wide, false);
   if (solver.info() != Eigen::Success) fail("localising basis: the eigenvalue iteration did not converge");
   return solver.eigenvalues().template cast<std::complex<double>>();
 }

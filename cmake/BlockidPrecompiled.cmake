@@ -1,26 +1,32 @@
-# What library and program parse over and over, parsed once for each target.
+# What library and program parse over and over, parsed once.
 
 include_guard(GLOBAL)
 
-# blockid_precompile_headers(<target>): Eigen and the standard headers that most sources use. Sources still include what
-# they need: the clang-tidy build has no precompiled headers.
+# blockid_precompile_headers(<target>): Eigen, its dense decompositions as compiled once by data/, and the standard
+# headers that most sources use. The first caller (data/) builds the precompiled header, all others share it. Sources
+# still include what they need: the clang-tidy build has no precompiled headers.
 function(blockid_precompile_headers target)
-  target_precompile_headers(
-    ${target}
-    PRIVATE
-    <Eigen/Dense>
-    <algorithm>
-    <cmath>
-    <complex>
-    <functional>
-    <limits>
-    <memory>
-    <optional>
-    <span>
-    <sstream>
-    <string>
-    <utility>
-    <vector>)
+  if(TARGET blockid_data AND NOT target STREQUAL "blockid_data")
+    target_precompile_headers(${target} REUSE_FROM blockid_data)
+  else()
+    target_precompile_headers(
+      ${target}
+      PRIVATE
+      <Eigen/Dense>
+      <blockid/data/dense_decompositions.hpp>
+      <algorithm>
+      <cmath>
+      <complex>
+      <functional>
+      <limits>
+      <memory>
+      <optional>
+      <span>
+      <sstream>
+      <string>
+      <utility>
+      <vector>)
+  endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
     # Lets ccache see through the precompiled header.
     target_compile_options(${target} PRIVATE -fpch-preprocess)

@@ -10,7 +10,7 @@ add_library(blockid_test_support OBJECT "${PROJECT_SOURCE_DIR}/tests/support/pch
 blockid_set_compile_flags(blockid_test_support)
 target_compile_features(blockid_test_support PUBLIC cxx_std_20)
 target_include_directories(blockid_test_support PUBLIC "${PROJECT_SOURCE_DIR}/tests")
-target_link_libraries(blockid_test_support PUBLIC GTest::gmock GTest::gtest Eigen3::Eigen Ceres::ceres
+target_link_libraries(blockid_test_support PUBLIC blockid::data GTest::gmock GTest::gtest Eigen3::Eigen Ceres::ceres
                                                   Threads::Threads)
 target_precompile_headers(blockid_test_support PRIVATE "${PROJECT_SOURCE_DIR}/tests/pch.hpp")
 set_source_files_properties(

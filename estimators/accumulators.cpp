@@ -33,7 +33,8 @@ ScaledEigen decompose(const Eigen::MatrixXd& a, double rank_tolerance) {
   }
   if (n == 0) return result;
   const Eigen::VectorXd inverse = result.scale.cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(inverse.asDiagonal() * a * inverse.asDiagonal());
+  const Eigen::MatrixXd scaled = inverse.asDiagonal() * a * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
   result.values = solver.eigenvalues();
   result.vectors = solver.eigenvectors();
   const double largest = std::max(result.values[n - 1], 0.0);

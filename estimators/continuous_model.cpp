@@ -52,7 +52,8 @@ struct EigenSystem {
 template <class Real>
 EigenSystem decompose(const MatrixXd& matrix, bool vectors) {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-  const Eigen::EigenSolver<Matrix> solver(matrix.cast<Real>(), vectors);
+  const Matrix wide = matrix.cast<Real>();
+  const Eigen::EigenSolver<Matrix> solver(wide, vectors);
   if (solver.info() != Eigen::Success) fail("continuous model: the eigenvalue iteration did not converge");
   EigenSystem result{solver.eigenvalues().template cast<Complex>(), {}, {}};
   if (vectors) {

@@ -482,7 +482,8 @@ void add_covariance(FrequencyFit& fit, const Tones& tones, const VectorXd& theta
   for (double& norm : norms) {
     if (!(norm > 0.0)) norm = 1.0;
   }
-  const Eigen::BDCSVD<MatrixXd> svd(jacobian * norms.cwiseInverse().asDiagonal(), Eigen::ComputeThinV);
+  const MatrixXd scaled = jacobian * norms.cwiseInverse().asDiagonal();
+  const Eigen::JacobiSVD<MatrixXd> svd(scaled, Eigen::ComputeThinV);
   const VectorXd& values = svd.singularValues();
   const Index rank = (values.array() > kFrequencyRankTolerance * values[0]).count();
   const MatrixXd root =
@@ -595,7 +596,7 @@ MatrixXd stacked(const MatrixXcd& x) {
 
 double squared_condition(const MatrixXd& x) {
   if (!x.allFinite()) return kInfinity;
-  return squared_ratio(Eigen::JacobiSVD<MatrixXd, Eigen::HouseholderQRPreconditioner>(x).singularValues());
+  return squared_ratio(Eigen::JacobiSVD<MatrixXd>(x).singularValues());
 }
 
 double squared_condition(const MatrixXcd& x) {

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <blockid/data/dense_decompositions.hpp>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>

@@ -254,7 +254,8 @@ QuadraticForm quadratic_form(const VectorXd& c, const MatrixXd& v, const VectorX
   for (Index k = 0; k < c.size(); ++k) {
     if (scale[k] > 0.0) inverse[k] = 1.0 / std::sqrt(scale[k]);
   }
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(inverse.asDiagonal() * v * inverse.asDiagonal());
+  const MatrixXd scaled = inverse.asDiagonal() * v * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
   const VectorXd parts = eigen.eigenvectors().transpose() * (inverse.asDiagonal() * c);
   QuadraticForm form;
   for (Index k = 0; k < parts.size(); ++k) {

@@ -1,0 +1,2 @@
+#define BLOCKID_DECOMPOSITION template
+#include <blockid/data/dense_decompositions.hpp>
