@@ -46,7 +46,7 @@ Json candidates_json(const FitOutcome& outcome) {
     entry["refitted"] = trial.refitted;
     entry["final_rmse"] = trial.refitted ? finite_or_null(trial.refit.rmse) : Json();
     entry["status"] = trial.refitted ? Json(blockid::to_text(trial.refit.status)) : Json();
-    entry["iterations"] = trial.refitted ? trial.refit.iterations : 0;
+    entry["iterations"] = trial.iterations();
     if (!trial.candidate.root_shares.empty()) entry["root_shares"] = shares_json(trial.candidate.root_shares);
     list.push_back(std::move(entry));
   }
@@ -107,7 +107,7 @@ Json fit_json(const FitOutcome& outcome, const FitJudgement& tests) {
   result["parameters_total"] = outcome.model().parameters.size();
   result["status"] = blockid::to_text(report.status);
   result["message"] = report.message;
-  result["iterations"] = report.iterations;
+  result["iterations"] = outcome.fit.iterations();
   result["wall_seconds"] = outcome.fit.wall_seconds;
   result["train"] = metrics_json(outcome.train.total);
   result["train"]["ranges"] = ranges_json(outcome.train_ranges);

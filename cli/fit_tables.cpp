@@ -54,7 +54,7 @@ void print_candidates(std::ostream& stream, const FitOutcome& outcome) {
     const Trial& trial = trials[k];
     table.rows.push_back({std::to_string(k + 1), number(trial.candidate.rmse),
                           trial.refitted ? number(trial.refit.rmse) : "-",
-                          trial.refitted ? std::to_string(trial.refit.iterations) : "-",
+                          trial.refitted ? std::to_string(trial.iterations()) : "-",
                           trial.refitted ? blockid::to_text(trial.refit.status) : "not refitted", trial.candidate.how});
   }
   stream << "\ncandidates\n";
@@ -64,7 +64,7 @@ void print_candidates(std::ostream& stream, const FitOutcome& outcome) {
 
 void print_metrics(std::ostream& stream, const FitOutcome& outcome) {
   const RefitReport& report = outcome.fit.report;
-  stream << "\nresult  " << blockid::to_text(report.status) << ", " << report.iterations << " iterations, "
+  stream << "\nresult  " << blockid::to_text(report.status) << ", " << outcome.fit.iterations() << " iterations, "
          << fixed_number(outcome.fit.wall_seconds, 2) << " s\n";
   TextTable table = metrics_table(outcome.output_unit);
   table.rows.push_back(metrics_row("train", outcome.train.total));

@@ -34,10 +34,9 @@ void add_task(HtmlPage& page, const FitOutcome& outcome) {
   page.paragraph("Starting models by “" + outcome.init +
                  "”, the best refitted by Levenberg-Marquardt on the simulation "
                  "error: " +
-                 blockid::to_text(outcome.fit.report.status) + " after " +
-                 std::to_string(outcome.fit.report.iterations) + " iterations, " +
-                 fixed_number(outcome.fit.wall_seconds, 2) + " s on " + std::to_string(outcome.threads) +
-                 (outcome.threads == 1 ? " thread." : " threads."));
+                 blockid::to_text(outcome.fit.report.status) + " after " + std::to_string(outcome.fit.iterations()) +
+                 " iterations, " + fixed_number(outcome.fit.wall_seconds, 2) + " s on " +
+                 std::to_string(outcome.threads) + (outcome.threads == 1 ? " thread." : " threads."));
   for (const std::string& warning : outcome.warnings) page.warning(warning);
 }
 

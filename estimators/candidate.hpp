@@ -33,6 +33,8 @@ struct Candidate {
   std::string how = {};
   /// Poles, then zeros, by initialisers that fit exponents; otherwise empty.
   std::vector<RootShare> root_shares = {};
+  /// Levenberg-Marquardt iterations that the initialiser has spent on these parameters.
+  int iterations = 0;
 };
 
 /// Where a long computation stands.

@@ -33,6 +33,9 @@ struct Trial {
   RefitReport refit;
   /// False for candidates that were ranked but not refitted.
   bool refitted = false;
+
+  /// All that led to the parameters of `refit`: the initialiser's own and the refit's.
+  int iterations() const { return candidate.iterations + refit.iterations; }
 };
 
 struct FitResult {
@@ -42,6 +45,9 @@ struct FitResult {
   /// Refitted trials first, best first; then the others in the initialiser's order.
   std::vector<Trial> trials = {};
   double wall_seconds = 0.0;
+
+  /// All that led to `model`, the initialiser's own included.
+  int iterations() const { return report.iterations + (trials.empty() ? 0 : trials.front().candidate.iterations); }
 };
 
 /// Candidates by `initialiser` for `chain`, the best refitted, all returned, best first.

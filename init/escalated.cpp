@@ -91,7 +91,9 @@ class Escalation {
     settings.covariance = false;
     const RefitReport report = refit(candidate.model, part_, settings);
     if (!std::isfinite(report.rmse)) return std::nullopt;
-    return Refitted{{report.model, report.rmse, candidate.how, candidate.root_shares}, report.initial_states};
+    return Refitted{
+        {report.model, report.rmse, candidate.how, candidate.root_shares, candidate.iterations + report.iterations},
+        report.initial_states};
   }
 
   DataSet part_;

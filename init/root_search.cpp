@@ -63,13 +63,13 @@ class Search {
     refit_options.prediction = options_.prediction;
     refit_options.max_iterations = iterations;
     refit_options.covariance = false;
-    return detail::candidate_loop(starts.size(), "root search, " + stage, options_,
-                                  [&](std::size_t k) -> std::optional<Candidate> {
-                                    if (!std::isfinite(starts[k].rmse)) return std::nullopt;
-                                    const RefitReport report = refit(starts[k].model, data_, refit_options);
-                                    if (!std::isfinite(report.rmse)) return std::nullopt;
-                                    return Candidate{report.model, report.rmse, starts[k].how};
-                                  });
+    return detail::candidate_loop(
+        starts.size(), "root search, " + stage, options_, [&](std::size_t k) -> std::optional<Candidate> {
+          if (!std::isfinite(starts[k].rmse)) return std::nullopt;
+          const RefitReport report = refit(starts[k].model, data_, refit_options);
+          if (!std::isfinite(report.rmse)) return std::nullopt;
+          return Candidate{report.model, report.rmse, starts[k].how, {}, starts[k].iterations + report.iterations};
+        });
   }
 
   /// One candidate for each neighbour.
@@ -83,6 +83,7 @@ class Search {
       result.push_back(builder_.build(filter_parameters(*structure.g_w(), roots.first.zeros, roots.first.poles),
                                       filter_parameters(*structure.g_h(), roots.second.zeros, roots.second.poles),
                                       centre.how + "; " + roots.how));
+      result.back().iterations = centre.iterations;
     }
     return result;
   }

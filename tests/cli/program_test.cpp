@@ -75,8 +75,7 @@ TEST_F(Program, FitRecoversTheSyntheticSystem) {
   EXPECT_EQ(r["parameters_total"], 20);
   EXPECT_EQ(r["requested_model"], kSyntheticChain);
   EXPECT_THAT(r["model"].get<std::string>(), HasSubstr("polynomial(degree=5,range="));
-  // May be none: the initialiser's own refits do not count.
-  EXPECT_TRUE(r["iterations"].is_number_unsigned()) << r["iterations"];
+  EXPECT_GT(r["iterations"].get<int>(), 0);
   EXPECT_GT(r["wall_seconds"].get<double>(), 0.0);
   EXPECT_EQ(r["seed"], 1);
   EXPECT_EQ(r["threads"], 1);
