@@ -325,8 +325,7 @@ void add_ct(CLI::App& program, CtCommand& command) {
                                  ->group(group);
   app.add_option("--max-delay", command.max_delay,
                  "longest delay in samples of a search: by the squared error of the simulation, of goodwin and tustin "
-                 "that one step "
-                 "ahead (default: none)")
+                 "that one step ahead (default: none)")
       ->type_name("K")
       ->check(CLI::PositiveNumber)
       ->excludes(delay)

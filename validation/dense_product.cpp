@@ -1,5 +1,6 @@
 #include <blockid/validation/dense_product.hpp>
 
+#include <blockid/data/error.hpp>
 #include <blockid/validation/detail/dense_kernels.hpp>
 
 #include <Eigen/Cholesky>
@@ -85,12 +86,17 @@ void invert(const DenseBlock& lower, DenseTarget inverse) {
 }  // namespace
 
 MatrixXd product(const DenseBlock& a, const DenseBlock& b) {
+  if (a.cols() != b.rows()) {
+    fail("product: expected as many rows of B as columns of A, ", a.cols(), ", got ", b.rows());
+  }
   MatrixXd c = MatrixXd::Zero(a.rows(), b.cols());
   add_product(1.0, view(a), view(b), a.cols(), c, Part::whole);
   return c;
 }
 
 MatrixXd weighted_gram(const DenseBlock& a, const VectorXd& d) {
+  if (d.size() != a.rows())
+    fail("weighted Gram matrix: expected a weight for each of ", a.rows(), " rows, got ", d.size());
   const MatrixXd weighted = d.asDiagonal() * a;
   MatrixXd c = MatrixXd::Zero(a.cols(), a.cols());
   add_product(1.0, transposed(a), view(weighted), a.rows(), c, Part::lower);
@@ -99,6 +105,9 @@ MatrixXd weighted_gram(const DenseBlock& a, const VectorXd& d) {
 }
 
 CholeskyFactor::CholeskyFactor(MatrixXd p) : lower_(std::move(p)) {
+  if (lower_.rows() != lower_.cols()) {
+    fail("Cholesky factor: expected a square matrix, got ", lower_.rows(), " x ", lower_.cols());
+  }
   // A comparison with zero lets NaN through.
   positive_ = factorise(lower_) && lower_.diagonal().allFinite();
   lower_.triangularView<Eigen::StrictlyUpper>().setZero();
@@ -123,6 +132,8 @@ MatrixXd CholeskyFactor::inverse() const {
 }
 
 VectorXd CholeskyFactor::solve(const VectorXd& b) const {
+  if (b.size() != lower_.rows())
+    fail("Cholesky factor: expected a right-hand side of ", lower_.rows(), " numbers, got ", b.size());
   VectorXd x = b;
   lower_.triangularView<Eigen::Lower>().solveInPlace(x);
   lower_.triangularView<Eigen::Lower>().transpose().solveInPlace(x);

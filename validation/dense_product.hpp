@@ -9,13 +9,14 @@ namespace blockid {
 using DenseBlock = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 using DenseTarget = Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
-/// A B.
+/// A B, (m, n) from A (m, k) and B (k, n). Throws Error when the inner sizes differ.
 Eigen::MatrixXd product(const DenseBlock& a, const DenseBlock& b);
 
-/// A' diag(d) A, symmetric; d: one weight a row of A.
+/// A' diag(d) A, (n, n), symmetric; A (m, n), d (m,): one weight a row of A. Throws Error for another number of
+/// weights.
 Eigen::MatrixXd weighted_gram(const DenseBlock& a, const Eigen::VectorXd& d);
 
-/// P = L L' of a positive definite matrix, of which the lower half is read.
+/// P = L L' of a positive definite matrix (n, n), of which the lower half is read. Throws Error unless it is square.
 class CholeskyFactor {
  public:
   CholeskyFactor() = default;
@@ -28,7 +29,7 @@ class CholeskyFactor {
   const Eigen::MatrixXd& lower() const { return lower_; }
   /// P^-1, symmetric.
   Eigen::MatrixXd inverse() const;
-  /// P^-1 b.
+  /// P^-1 b, (n,). Throws Error for a b of another length.
   Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
 
  private:

@@ -2,6 +2,9 @@
 #include <blockid/validation/dense_product.hpp>
 #include <blockid/validation/detail/dense_kernels.hpp>
 
+#include "data/message.hpp"
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -18,6 +21,7 @@ using detail::InstructionSet;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using ::testing::HasSubstr;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// What a gap between the columns of C is filled with.
@@ -162,6 +166,15 @@ TEST(DenseProduct, WeightedGram) {
   const MatrixXd gram = weighted_gram(a, d);
   EXPECT_LT((gram - a.transpose() * d.asDiagonal() * a).cwiseAbs().maxCoeff(), 70 * kEpsilon);
   EXPECT_EQ(gram, gram.transpose());
+}
+
+TEST(DenseProduct, SizesThatDoNotFitAreNamed) {
+  const MatrixXd a = numbers(4, 3, 1);
+  EXPECT_THAT(BLOCKID_MESSAGE(product(a, a)), HasSubstr("expected as many rows of B as columns of A, 3, got 4"));
+  EXPECT_THAT(BLOCKID_MESSAGE(weighted_gram(a, VectorXd::Ones(3))), HasSubstr("each of 4 rows, got 3"));
+  EXPECT_THAT(BLOCKID_MESSAGE(CholeskyFactor(a)), HasSubstr("expected a square matrix, got 4 x 3"));
+  const CholeskyFactor unit(MatrixXd::Identity(2, 2));
+  EXPECT_THAT(BLOCKID_MESSAGE(unit.solve(VectorXd::Ones(3))), HasSubstr("of 2 numbers, got 3"));
 }
 
 }  // namespace
