@@ -201,7 +201,8 @@ int run_closed_loop(const ClosedLoopCommand& command) {
   check(loop);
   check_outputs({command.json, command.report});
   if (!command.report.empty()) announce_missing_gnuplot(std::cerr);
-  const Record whole = load(command.data, systems.sample_time_s);
+  const LoadedRecord loaded = load(command.data, systems.sample_time_s);
+  const Record& whole = loaded.record;
   const VectorXd reference = command.reference ? reference_of(command) : VectorXd();
   const Range range = range_of("--range", command.range, sample_count(whole));
   const LoopRecord record = cut(whole, reference, range, command.rest);
@@ -212,6 +213,7 @@ int run_closed_loop(const ClosedLoopCommand& command) {
                             .plant = systems.plant,
                             .controller = systems.controller,
                             .weight = systems.weight};
+  outcome.warnings = loaded.warnings;
   outcome.signals = uncertainty_signals(loop, record.u, record.y);
   outcome.memory = command.memory >= 0 ? command.memory : uncertainty_memory(loop);
   check_reference(outcome, record);

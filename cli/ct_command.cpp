@@ -101,8 +101,9 @@ Model chain_of(const CtEstimate& estimate, const Record& record) {
 CtOutcome outcome_of(const CtCommand& command) {
   check_options(command);
   const PredictionOptions prediction = prediction_options(scoring_of(command), command.data.period);
-  const Record record = load(command.data);
-  const SplitData data = split(record, command.ranges);
+  const LoadedRecord loaded = load(command.data);
+  const Record& record = loaded.record;
+  const SplitData data = split(loaded, command.ranges);
   CtEstimate estimate = by_trends(command) ? trends(command, data.train, prediction)
                                            : continuous_estimate(command, data.train, prediction);
   Model model = chain_of(estimate, record);

@@ -31,6 +31,7 @@ std::string record_option(const FrfCommand& command) {
       {"--output", command.data.output.has_value()},
       {"--rate-from", command.data.rate_from.has_value()},
       {"--sample-time-from", command.data.sample_time_from.has_value()},
+      {"--time", command.data.time_from.has_value()},
       {"--allow-missing", command.data.allow_missing},
       {"--period", command.data.period > 0},
       {"--transient-periods", command.transient_periods > 0},
@@ -128,8 +129,9 @@ FrfData from_record(const FrfCommand& command, Hold hold) {
     fail("--transient-periods: expected --period N with the samples in one period of the input");
   }
   check_record_hold(hold);
-  const Record record = load(command.data);
-  const SplitData parts = split(record, command.ranges);
+  const LoadedRecord loaded = load(command.data);
+  const Record& record = loaded.record;
+  const SplitData parts = split(loaded, command.ranges);
   const NonparametricBla lines = measured(command, parts.train);
   FrfData data;
   data.sample_time_s = record.sample_time_s;

@@ -43,7 +43,7 @@ bool overlap(const Range& a, const Range& b) { return a.begin < b.end && b.begin
 
 Eigen::VectorXd thinned(const Eigen::VectorXd& x, std::int64_t every) { return x(Eigen::seq(0, x.size() - 1, every)); }
 
-Record load(const DataOptions& options, std::optional<double> sample_time_s) {
+LoadedRecord load(const DataOptions& options, std::optional<double> sample_time_s) {
   LoadSpec spec;
   spec.path = options.file;
   spec.input = options.input;
@@ -52,16 +52,21 @@ Record load(const DataOptions& options, std::optional<double> sample_time_s) {
   spec.sample_time_s = options.sample_time_s;
   spec.rate_from = options.rate_from;
   spec.sample_time_from = options.sample_time_from;
+  spec.time_from = options.time_from;
   spec.allow_missing = options.allow_missing;
   const int given = sample_times_given(options);
-  if (given > 1 || (given == 0 && !sample_time_s)) {
+  if (given > 1 || (given == 0 && !sample_time_s && !options.time_from)) {
     fail("the sample time is given in ", given,
-         " ways; expected exactly one of --rate HZ, --sample-time S, --rate-from NAME, --sample-time-from NAME");
+         " ways; expected exactly one of --rate HZ, --sample-time S, --rate-from NAME, --sample-time-from NAME, or "
+         "--time NAME");
   }
-  if (given == 0) spec.sample_time_s = sample_time_s;
-  Record record = load_record(spec);
+  const auto every = static_cast<double>(options.every);
+  if (given == 0 && sample_time_s) spec.sample_time_s = *sample_time_s / every;
+  LoadedRecord loaded;
+  Record& record = loaded.record;
+  record = load_record(spec, &loaded.warnings);
   if (options.every > 1) thin(record, options.every);
-  if (given > 0) record.sample_time_s *= static_cast<double>(options.every);
+  record.sample_time_s *= every;
   if (sample_time_s && std::abs(record.sample_time_s - *sample_time_s) > kSameSampleTime * *sample_time_s) {
     fail(options.file, ": sampled every ", record.sample_time_s, " s, but the model every ", *sample_time_s, " s");
   }
@@ -69,11 +74,13 @@ Record load(const DataOptions& options, std::optional<double> sample_time_s) {
   record.output_unit = options.output_unit;
   record.period = options.period;
   check(record);
-  return record;
+  return loaded;
 }
 
-SplitData split(const Record& record, const RangeOptions& options) {
+SplitData split(const LoadedRecord& loaded, const RangeOptions& options) {
+  const Record& record = loaded.record;
   SplitData result;
+  result.warnings = loaded.warnings;
   const Index length = sample_count(record);
   result.train_ranges = parsed(options.train, "--train", length);
   result.test_ranges = parsed(options.test, "--test", length);

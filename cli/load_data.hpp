@@ -12,11 +12,17 @@
 
 namespace blockid::cli {
 
+/// A record and what its user should know of it.
+struct LoadedRecord {
+  Record record;
+  std::vector<std::string> warnings = {};
+};
+
 /// The whole record with period and units. sample_time_s: taken when the options give none, and compared with what they
-/// give otherwise; without it exactly one of the options must say the sample time.
+/// give otherwise; without it one of the options must say the sample time.
 /// --every thins the samples; a sample time from the options is that of the file, one from a model that after thinning.
 /// Throws Error for what load_record() refuses and sample times that differ.
-Record load(const DataOptions& options, std::optional<double> sample_time_s = std::nullopt);
+LoadedRecord load(const DataOptions& options, std::optional<double> sample_time_s = std::nullopt);
 
 /// Samples 0, every, 2 every, ... of x (N,).
 Eigen::VectorXd thinned(const Eigen::VectorXd& x, std::int64_t every);
@@ -27,12 +33,12 @@ struct SplitData {
   DataSet test;
   std::vector<Range> train_ranges;
   std::vector<Range> test_ranges;
-  /// e.g. ranges that overlap.
+  /// Those of the record, and e.g. ranges that overlap.
   std::vector<std::string> warnings;
 };
 
 /// Throws Error for ranges that do not parse or lie outside the record.
-SplitData split(const Record& record, const RangeOptions& options);
+SplitData split(const LoadedRecord& loaded, const RangeOptions& options);
 
 /// Throws Error for a periodic state without a period.
 PredictionOptions prediction_options(const ScoringOptions& scoring, std::int64_t period);

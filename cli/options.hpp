@@ -17,6 +17,8 @@ struct DataOptions {
   std::optional<double> sample_time_s;
   std::optional<std::string> rate_from;
   std::optional<std::string> sample_time_from;
+  /// Time stamps in seconds.
+  std::optional<std::string> time_from;
   bool allow_missing = false;
   std::string input_unit;
   std::string output_unit;

@@ -54,6 +54,11 @@ void add_data_options(CLI::App& app, DataOptions& data, Signals signals, const s
                  "variable or column that holds the sample time in seconds")
       ->type_name("NAME")
       ->group(group);
+  app.add_option("--time", data.time_from,
+                 "column or variable of time stamps in seconds: they say the sample time, or are compared with the one "
+                 "given, and must be uniform but for rounding")
+      ->type_name("NAME")
+      ->group(group);
   app.add_flag("--allow-missing", data.allow_missing,
                "output samples that are NaN or empty cells count as missing (default: an error)")
       ->group(group);

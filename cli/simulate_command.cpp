@@ -81,7 +81,9 @@ void print_simulation(const SimulateCommand& command, const Model& model, const 
 int run_simulate(const SimulateCommand& command) {
   Model model = load_model(command.model);
   check_outputs({command.csv, command.json});
-  const Record whole = load(command.data, model.sample_time_s);
+  const LoadedRecord loaded = load(command.data, model.sample_time_s);
+  const Record& whole = loaded.record;
+  for (const std::string& warning : loaded.warnings) std::cerr << "blockid: warning: " << warning << '\n';
   Range range;
   try {
     range = resolve(command.range.empty() ? Range{} : parse_range(command.range), sample_count(whole));
@@ -102,9 +104,13 @@ int run_simulate(const SimulateCommand& command) {
   }
   if (!command.csv.empty()) write_output(command.csv, csv_text(record, yhat, range.begin, has_output));
   if (!command.json.empty()) {
-    nlohmann::ordered_json result = {{"format", "blockid-simulation"},         {"version", BLOCKID_VERSION},
-                                     {"model", blockid::to_text(model.chain)}, {"range", blockid::to_text(range)},
-                                     {"sample_time_s", record.sample_time_s},  {"finite", yhat.allFinite()}};
+    nlohmann::ordered_json result = {{"format", "blockid-simulation"},
+                                     {"version", BLOCKID_VERSION},
+                                     {"model", blockid::to_text(model.chain)},
+                                     {"range", blockid::to_text(range)},
+                                     {"sample_time_s", record.sample_time_s},
+                                     {"finite", yhat.allFinite()},
+                                     {"warnings", loaded.warnings}};
     if (metrics) result["metrics"] = metrics_json(*metrics);
     write_output(command.json, json_text(result));
   }

@@ -17,8 +17,8 @@ namespace blockid::cli {
 namespace {
 
 /// The records to judge and those that the model was fitted to, either of which may be empty.
-SplitData ranges_of(const ValidateCommand& command, const Record& record) {
-  SplitData data = split(record, {.train = command.train, .test = command.ranges});
+SplitData ranges_of(const ValidateCommand& command, const LoadedRecord& loaded) {
+  SplitData data = split(loaded, {.train = command.train, .test = command.ranges});
   if (!command.train.empty()) return data;
   if (command.ranges.empty()) {
     data.test = data.train;
@@ -26,7 +26,7 @@ SplitData ranges_of(const ValidateCommand& command, const Record& record) {
   }
   data.train = DataSet();
   data.train_ranges.clear();
-  data.warnings.clear();
+  data.warnings = loaded.warnings;
   return data;
 }
 
@@ -61,12 +61,12 @@ int run_validate(const ValidateCommand& command) {
   options.tests.significance = command.significance;
   options.held = held_places(model);
   options.noise_deviation = command.noise;
-  const Record record = load(command.data, model.sample_time_s);
-  const SplitData data = ranges_of(command, record);
+  const LoadedRecord loaded = load(command.data, model.sample_time_s);
+  const SplitData data = ranges_of(command, loaded);
   Judgement judgement = judge(model, data.train, data.test, options);
   judgement.warnings.insert(judgement.warnings.begin(), data.warnings.begin(), data.warnings.end());
 
-  const std::string task = task_text(command, data, record);
+  const std::string task = task_text(command, data, loaded.record);
   for (const std::string& warning : judgement.warnings) std::cerr << "blockid: " << warning << '\n';
   if (!command.quiet) {
     std::cout << command.model << " on " << task << '\n' << "model    " << blockid::to_text(model.chain) << '\n';

@@ -1,5 +1,8 @@
 #include "blockid/data/load.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -7,6 +10,7 @@
 
 #include "blockid/data/error.hpp"
 #include "blockid/data/mat.hpp"
+#include "blockid/data/uniform_times.hpp"
 
 namespace blockid {
 namespace {
@@ -22,6 +26,9 @@ class DataFile {
     if (const auto* const table = std::get_if<Table>(&content_)) return column(*table, name);
     return std::get<MatFile>(content_).vector(name);
   }
+
+  /// Null for a MAT file.
+  [[nodiscard]] const Table* table() const { return std::get_if<Table>(&content_); }
 
   [[nodiscard]] double number(std::string_view name) const {
     if (const auto* const file = std::get_if<MatFile>(&content_)) return file->scalar(name);
@@ -79,13 +86,12 @@ bool has_mat5_signature(std::string_view head) {
   return mark == std::string_view("\x00\x01IM", 4) || mark == std::string_view("\x01\x00MI", 4);
 }
 
-double sample_time_of(const LoadSpec& spec, const DataFile& file) {
-  const int given = int{spec.sample_time_s.has_value()} + int{spec.rate_hz.has_value()} +
-                    int{spec.rate_from.has_value()} + int{spec.sample_time_from.has_value()};
-  if (given != 1) {
-    fail(spec.path.string(), ": the sample time is given in ", given,
-         " ways, expected exactly one of sample time, rate, and variable that holds either");
-  }
+int sample_times_given(const LoadSpec& spec) {
+  return int{spec.sample_time_s.has_value()} + int{spec.rate_hz.has_value()} + int{spec.rate_from.has_value()} +
+         int{spec.sample_time_from.has_value()};
+}
+
+double given_sample_time(const LoadSpec& spec, const DataFile& file) {
   const auto positive = [&](double value, std::string_view what) {
     if (std::isfinite(value) && value > 0) return value;
     fail(spec.path.string(), ": ", what, " is ", value, ", expected positive and finite");
@@ -94,6 +100,57 @@ double sample_time_of(const LoadSpec& spec, const DataFile& file) {
   if (spec.rate_hz) return 1.0 / positive(*spec.rate_hz, "sampling rate");
   if (spec.rate_from) return 1.0 / positive(file.number(*spec.rate_from), "sampling rate '" + *spec.rate_from + "'");
   return positive(file.number(*spec.sample_time_from), "sample time '" + *spec.sample_time_from + "'");
+}
+
+/// The given sample time is exact where stamps are rounded, so it stands.
+double stamped_sample_time(const LoadSpec& spec, const DataFile& file, const Record& record) {
+  const Eigen::VectorXd stamps = file.signal(*spec.time_from);
+  try {
+    if (stamps.size() != record.u.size()) {
+      fail("unequal lengths: input '", spec.input, "' has ", record.u.size(), " samples, time stamps '",
+           *spec.time_from, "' has ", stamps.size());
+    }
+    const SampleTimes times = uniform_times(stamps, *spec.time_from);
+    if (sample_times_given(spec) == 0) return times.sample_time_s;
+    const double given = given_sample_time(spec, file);
+    check_sample_time(times, stamps.size(), given, *spec.time_from);
+    return given;
+  } catch (const Error& error) {
+    fail(spec.path.string(), ": ", error.what());
+  }
+}
+
+void check_sample_times_given(const LoadSpec& spec) {
+  const int given = sample_times_given(spec);
+  if (given == 1 || (given == 0 && spec.time_from)) return;
+  fail(spec.path.string(), ": the sample time is given in ", given,
+       " ways, expected exactly one of sample time, rate, and variable that holds either",
+       given == 0 ? ", or time stamps" : "");
+}
+
+bool named_like_time(std::string name) {
+  constexpr std::array<std::string_view, 7> kNames = {"t",         "time",     "t_s",     "time_s",
+                                                      "timestamp", "time [s]", "time (s)"};
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::find(kNames.begin(), kNames.end(), name) != kNames.end();
+}
+
+/// Whoever gives a rate for a file with stamps wants to know that they contradict it.
+std::vector<std::string> uneven_time_columns(const LoadSpec& spec, const DataFile& file) {
+  std::vector<std::string> lines;
+  const Table* const table = file.table();
+  if (table == nullptr || !table->has_header) return lines;
+  for (Eigen::Index j = 0; j < table->values.cols(); ++j) {
+    const std::string& name = table->names[static_cast<std::size_t>(j)];
+    const bool used = name == spec.input || name == spec.output || name == spec.time_from;
+    if (used || !named_like_time(name)) continue;
+    try {
+      static_cast<void>(uniform_times(table->values.col(j), name));
+    } catch (const Error& error) {
+      lines.push_back("the column is not used, but " + std::string(error.what()));
+    }
+  }
+  return lines;
 }
 
 /// Weights stay empty unless a sample is missing.
@@ -160,15 +217,16 @@ double load_scalar(const fs::path& path, std::string_view name, const CsvOptions
   return DataFile(path, csv).number(name);
 }
 
-Record load_record(const LoadSpec& spec) {
+Record load_record(const LoadSpec& spec, std::vector<std::string>* warnings) {
   CsvOptions csv = spec.csv;
   csv.allow_missing = spec.allow_missing;
   const DataFile file(spec.path, csv);
   Record record;
   record.name = spec.path.stem().string();
   record.input_name = spec.input;
-  record.sample_time_s = sample_time_of(spec, file);
+  check_sample_times_given(spec);
   record.u = file.signal(spec.input);
+  record.sample_time_s = spec.time_from ? stamped_sample_time(spec, file, record) : given_sample_time(spec, file);
   if (spec.output) {
     record.output_name = *spec.output;
     record.y = file.signal(*spec.output);
@@ -181,6 +239,7 @@ Record load_record(const LoadSpec& spec) {
   } catch (const Error& error) {
     fail(spec.path.string(), ": ", error.what());
   }
+  if (warnings != nullptr) *warnings = uneven_time_columns(spec, file);
   return record;
 }
 

@@ -28,8 +28,8 @@ enum class FileKind { csv, mat };
 /// @throws Error otherwise.
 [[nodiscard]] double load_scalar(const std::filesystem::path& path, std::string_view name, const CsvOptions& csv = {});
 
-/// Where a record comes from. Exactly one of sample_time_s, rate_hz, rate_from and sample_time_from
-/// must be set.
+/// Where a record comes from. Exactly one of sample_time_s, rate_hz, rate_from and sample_time_from must be set; with
+/// time_from at most one.
 struct LoadSpec {
   std::filesystem::path path = {};
   std::string input = {};                            ///< name as in load_column
@@ -38,16 +38,21 @@ struct LoadSpec {
   std::optional<double> rate_hz = {};                ///< sampling frequency, sample time = 1 / rate_hz
   std::optional<std::string> rate_from = {};         ///< name of a variable that holds the sampling frequency in Hz
   std::optional<std::string> sample_time_from = {};  ///< name of a variable that holds the sample time in seconds
-  bool allow_missing = false;                        ///< an output sample that is NaN or an empty cell gets weight 0
-  CsvOptions csv = {};                               ///< allow_missing above holds for the file, whatever is set here
+  /// Name of the column or variable that holds time stamps in seconds. They must be uniform; the sample time is theirs
+  /// when none of the four above is set, otherwise they must agree with it, see uniform_times.hpp.
+  std::optional<std::string> time_from = {};
+  bool allow_missing = false;  ///< an output sample that is NaN or an empty cell gets weight 0
+  CsvOptions csv = {};         ///< allow_missing above holds for the file, whatever is set here
 };
 
 /// Reads the file once and returns a checked record named after the file (without folder and
 /// extension).
+/// @param warnings when not null, gets a line for each column of a CSV file that is named like a time (t, time, t_s,
+///   time_s, timestamp, "time [s]", "time (s)", in either case), is not time_from, and is not uniform
 /// @throws Error naming the path for a missing file, unknown names, no or several ways to give the
-/// sample time, and for
+/// sample time, time stamps that are not uniform, and for
 ///   what check(Record) refuses.
-[[nodiscard]] Record load_record(const LoadSpec& spec);
+[[nodiscard]] Record load_record(const LoadSpec& spec, std::vector<std::string>* warnings = nullptr);
 
 /// One column or variable; the statistics are over its finite entries with std = sqrt(sum (x -
 /// mean)^2 / n), NaN when there are none or it holds no real numbers.

@@ -11,6 +11,7 @@
 
 #include <filesystem>
 #include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ using blockid::testing::run_program;
 using blockid::testing::TempDir;
 using blockid::testing::write_synthetic_csv;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 using Arguments = std::vector<std::string>;
 
@@ -87,6 +89,56 @@ TEST_F(ProgramErrors, SampleTimeExactlyOnce) {
   expect(fit({{"--rate", "0"}}), 1, {"sampling rate is 0"});
   expect(fit({{"--rate", "fast"}}), 1, {"--rate"});
   expect(fit({{"--rate", ""}, {"--rate-from", "u"}}), 1, {"varies"});
+}
+
+/// u and y of data.csv behind time stamps of a millisecond, in milliseconds rounded to whole ones; `lost` samples are
+/// left out after the hundredth.
+std::string with_stamps(const std::string& csv, int lost) {
+  std::istringstream lines(csv);
+  std::string line;
+  std::getline(lines, line);
+  std::string text = "t," + line + "\n";
+  for (int k = 0; std::getline(lines, line); ++k) {
+    if (k >= 100 && k < 100 + lost) continue;
+    text += std::to_string(k) + "e-3," + line + "\n";
+  }
+  return text;
+}
+
+TEST_F(ProgramErrors, TimeStamps) {
+  const std::string csv = blockid::read_file(folder_ / "data.csv");
+  write("even.csv", with_stamps(csv, 0));
+  write("lost.csv", with_stamps(csv, 1));
+  write("model.json",
+        R"json({"format": "blockid-model", "version": 1, "chain": "G=rational(nb=0,na=1)", "sample_time_s": 0.001,
+            "parameters": [{"name": "G.b0", "value": 1}, {"name": "G.a1", "value": -0.5}]})json");
+  const std::vector<Arguments> commands = {
+      {"fit", "DATA", "--model", "G=rational(nb=0,na=1)", "--init", "none", "--max-iterations", "2"},
+      {"bla", "DATA", "--orders", "1,1"},
+      {"ct", "DATA", "--orders", "0,1"},
+      {"ct", "DATA", "--orders", "0,1", "--method", "tustin"},
+      {"frf", "DATA", "--orders", "0,1"},
+      {"linear", "DATA", "--structure", "arx", "--orders", "na=1,nb=1"},
+      {"simulate", "model.json", "DATA"},
+      {"validate", "model.json", "DATA"},
+      {"closed-loop", "DATA", "--plant", "0,0.1 / 1,-0.9", "--controller", "1", "--weight", "0.1", "--range", "0:50"}};
+  const auto run = [&](Arguments command, const std::string& file, const Arguments& more) {
+    for (std::string& word : command) word = word == "DATA" ? file : word;
+    command.insert(command.end(), {"--input", "u", "--output", "y"});
+    command.insert(command.end(), more.begin(), more.end());
+    return run_program(command, folder_.path());
+  };
+  for (const Arguments& command : commands) {
+    SCOPED_TRACE(command[0]);
+    EXPECT_NE(run(command, "even.csv", {"--time", "t"}).code, 1);
+    expect(run(command, "lost.csv", {"--time", "t"}), 1,
+           {"lost.csv", "'t' are not uniform", "sample index 100 comes 0.002 s", "expected 0.001 s"});
+    const ProgramRun warned = run(command, "lost.csv", {"--rate", "1000"});
+    EXPECT_NE(warned.code, 1);
+    EXPECT_THAT(warned.err + warned.out, HasSubstr("the column is not used, but time stamps 't' are not uniform"));
+    EXPECT_THAT(run(command, "even.csv", {"--rate", "1000"}).err, Not(HasSubstr("'t'")));
+    expect(run(command, "even.csv", {"--time", "t", "--rate", "990"}), 1, {"'t' are 0.001 s apart"});
+  }
 }
 
 TEST_F(ProgramErrors, Ranges) {

@@ -93,6 +93,41 @@ TEST_F(LoadTest, ExactlyOneSampleTimeIsWanted) {
   EXPECT_THAT(BLOCKID_MESSAGE(load_record(two)), HasSubstr("in 2 ways"));
 }
 
+TEST_F(LoadTest, TimeStampsSayOrConfirmTheSampleTime) {
+  LoadSpec stamped = spec(csv_);
+  stamped.rate_from.reset();
+  stamped.time_from = "t";
+  EXPECT_DOUBLE_EQ(load_record(stamped).sample_time_s, 0.02);
+  stamped.rate_from = "fs";
+  EXPECT_EQ(load_record(stamped).sample_time_s, 0.02);
+  stamped.rate_from.reset();
+  stamped.rate_hz = 40.0;
+  EXPECT_THAT(BLOCKID_MESSAGE(load_record(stamped)),
+              AllOf(HasSubstr("tank.csv"), HasSubstr("'t' are 0.02 s apart"), HasSubstr("expected 0.025 s")));
+  LoadSpec from_mat = spec(mat_);
+  from_mat.rate_from.reset();
+  from_mat.time_from = "y";
+  EXPECT_EQ(load_record(from_mat).sample_time_s, 10.0);
+  from_mat.time_from = "fs";
+  EXPECT_THAT(BLOCKID_MESSAGE(load_record(from_mat)), AllOf(HasSubstr("unequal lengths"), HasSubstr("'fs' has 1")));
+}
+
+TEST_F(LoadTest, UnevenTimeStampsAreRefusedOrTold) {
+  std::ofstream(dir_ / "lost.csv") << "Time [s],u,y\n0,1,10\n1,2,20\n2,4,30\n4,5,30\n";
+  LoadSpec lost = spec(dir_ / "lost.csv");
+  lost.rate_from.reset();
+  lost.rate_hz = 1.0;
+  std::vector<std::string> warnings;
+  EXPECT_EQ(load_record(lost, &warnings).sample_time_s, 1.0);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0], AllOf(HasSubstr("not used"), HasSubstr("'Time [s]'"), HasSubstr("sample index 3")));
+  lost.time_from = "Time [s]";
+  EXPECT_THAT(BLOCKID_MESSAGE(load_record(lost)), AllOf(HasSubstr("lost.csv"), HasSubstr("not uniform")));
+  LoadSpec uniform = spec(csv_);
+  EXPECT_EQ(load_record(uniform, &warnings).u.size(), 3);
+  EXPECT_EQ(warnings, std::vector<std::string>());
+}
+
 TEST_F(LoadTest, SampleTimesMustBePositiveAndOne) {
   LoadSpec negative = spec(csv_);
   negative.rate_from.reset();
