@@ -101,26 +101,6 @@ Metrics scored(const PolynomialModel& model, DataSet data, Index ahead, const Pr
   return metrics_together(data, predictions, options.warmup);
 }
 
-std::vector<std::string> warnings_of(const PolynomialFit& fit) {
-  std::vector<std::string> warnings;
-  if (!is_stable(fit.model)) {
-    warnings.emplace_back("the path from input to output is not stable: a root of A or F is not inside the circle");
-  }
-  if (!has_stationary_noise(fit.model)) {
-    warnings.emplace_back("the noise is not stationary: a root of A or D is not inside the circle");
-  }
-  if (!has_stable_predictor(fit.model)) {
-    warnings.emplace_back("the predictor does not forget its start: a root of C or F is not inside the circle");
-  }
-  if (fit.covariance && !fit.covariance->undetermined.empty()) {
-    warnings.push_back("the data do not determine " + joined(fit.covariance->undetermined) + ": take lower orders");
-  }
-  if (fit.status == FitStatus::diverged || fit.status == FitStatus::max_iterations) {
-    warnings.push_back("the fit has not converged (" + blockid::to_text(fit.status) + "): " + fit.message);
-  }
-  return warnings;
-}
-
 void add_simulations(LinearOutcome& outcome, const SplitData& data, const PredictionOptions& prediction) {
   const PolynomialModel& model = outcome.found.fit.model;
   const Model path = deterministic_part(model);
@@ -146,6 +126,8 @@ LinearOutcome outcome_of(const LinearCommand& command) {
   const PolynomialFit& fit = outcome.found.fit;
   outcome.warnings = data.warnings;
   for (std::string& warning : warnings_of(fit)) outcome.warnings.push_back(std::move(warning));
+  const std::string unstable = warning_of_unstable_system(orders, data.train, options.prediction);
+  if (!unstable.empty()) outcome.warnings.push_back(unstable);
   if (interrupted()) outcome.warnings.emplace_back("interrupted: this is the best result so far");
   std::vector<std::pair<std::string, Index>> horizons = {{"one step ahead", 1}};
   if (command.ahead > 0) horizons.emplace_back(std::to_string(command.ahead) + " steps ahead", command.ahead);

@@ -41,6 +41,15 @@ struct LinearOutcome {
 Judgement judge(const PolynomialFit& fit, const DataSet& training, const DataSet& test,
                 const PredictionOptions& prediction);
 
+/// What is doubtful about a fit: roots that left the circle, coefficients that are not determined, no convergence.
+std::vector<std::string> warnings_of(const PolynomialFit& fit);
+
+/// Of structures with F: a warning when A of a least-squares model with some more coefficients has a root outside the
+/// circle, by more than 4 standard deviations of its modulus; empty otherwise. Such a system is recorded in closed
+/// loop, and an F with all roots inside is a wrong model of it.
+std::string warning_of_unstable_system(const PolynomialOrders& orders, const DataSet& data,
+                                       const PredictionOptions& prediction);
+
 /// The report as one HTML file.
 std::string linear_report(const LinearCommand& command, const LinearOutcome& outcome);
 

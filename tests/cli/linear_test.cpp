@@ -163,6 +163,72 @@ TEST_F(LinearCommand, WarnsOfWhatIsNotDetermined) {
   EXPECT_THAT(run.err, HasSubstr("the data do not determine"));
 }
 
+/// (1 - 1.05 q^-1) (1 - 0.7 q^-1) y = (0.5 q^-1 + 0.3 q^-2) u + e in the loop u = r - 0.3 y, from rest.
+Record unstable_in_closed_loop(Index samples) {
+  testing::Noise numbers(5);
+  const Eigen::VectorXd reference = numbers.white(samples);
+  const Eigen::VectorXd e = numbers.white(samples, 0.1);
+  Record record;
+  record.u = reference;
+  record.y = e;
+  const auto past = [](const Eigen::VectorXd& x, Index t) { return t < 0 ? 0.0 : x[t]; };
+  for (Index t = 0; t < samples; ++t) {
+    record.y[t] += 1.75 * past(record.y, t - 1) - 0.735 * past(record.y, t - 2) + 0.5 * past(record.u, t - 1) +
+                   0.3 * past(record.u, t - 2);
+    record.u[t] -= 0.3 * record.y[t];
+  }
+  return record;
+}
+
+TEST_F(LinearCommand, LeastSquaresFindAnUnstableSystemInItsClosedLoop) {
+  write("loop.csv", unstable_in_closed_loop(2000));
+  const std::vector<double> truth = {-1.75, 0.735, 0.5, 0.3};
+  for (const std::vector<std::string>& call :
+       {std::vector<std::string>{"arx", "na=2,nb=1,nk=1"}, {"armax", "na=2,nb=1,nc=1,nk=1"}}) {
+    const ProgramRun run = linear({"--structure", call[0], "--orders", call[1], "--json", "l.json"}, "loop.csv");
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_THAT(run.err, HasSubstr("not stable"));
+    EXPECT_THAT(run.err, HasSubstr("its simulation diverges"));
+    EXPECT_THAT(run.err, Not(HasSubstr("seems to be unstable")));
+    const json result = json_file(folder_ / "l.json");
+    EXPECT_FALSE(result["stable"].get<bool>());
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      const json& one = result["coefficients"][k];
+      // Outside 4.5 deviations lies 7e-6 of a normal distribution.
+      EXPECT_NEAR(one["value"].get<double>(), truth[k], 4.5 * one["standard_deviation"].get<double>()) << one["name"];
+    }
+    // e has a deviation of 0.1, which 2000 samples tell to 1.6 %.
+    EXPECT_NEAR(result["scores"][0]["train"]["rmse"].get<double>(), 0.1, 0.008);
+  }
+}
+
+TEST_F(LinearCommand, SimulationsThatOverflowAreANumericalFailure) {
+  // 1.05^20000 is 1e424.
+  write("loop.csv", unstable_in_closed_loop(20000));
+  const ProgramRun run = linear({"--structure", "arx", "--orders", "na=2,nb=1,nk=1", "--json", "l.json"}, "loop.csv");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("its simulation diverges"));
+  const json result = json_file(folder_ / "l.json");
+  EXPECT_NEAR(result["coefficients"][0]["value"].get<double>(), -1.75, 0.01);
+  EXPECT_TRUE(result["scores"][1]["train"]["rmse"].is_null());
+}
+
+TEST_F(LinearCommand, OutputErrorOfAnUnstableSystemIsNotSilent) {
+  write("loop.csv", unstable_in_closed_loop(2000));
+  for (const std::vector<std::string>& call :
+       {std::vector<std::string>{"oe", "nb=1,nf=2,nk=1"}, {"bj", "nb=1,nf=2,nc=1,nd=1,nk=1"}}) {
+    const ProgramRun run = linear({"--structure", call[0], "--orders", call[1], "--json", "l.json"}, "loop.csv");
+    EXPECT_THAT(run.err, HasSubstr("the system seems to be unstable"));
+    EXPECT_THAT(run.err, HasSubstr("pole of modulus 1.0"));
+    const json result = json_file(folder_ / "l.json");
+    EXPECT_THAT(result["warnings"].dump(), HasSubstr("seems to be unstable"));
+    EXPECT_FALSE(result["residual_tests"]["passed"].get<bool>());
+  }
+  // A stable system is none.
+  const ProgramRun stable = linear({"--structure", "bj", "--orders", "nb=3,nf=2,nc=1,nd=2,nk=1"});
+  EXPECT_THAT(stable.err, Not(HasSubstr("unstable")));
+}
+
 TEST_F(LinearCommand, RefusesBadOptions) {
   const auto refused = [&](const std::vector<std::string>& more, const std::string& words) {
     const ProgramRun run = linear(more);
