@@ -188,4 +188,11 @@ void add_summary(Json& result, const ContinuousSummary& summary) {
   result["stable"] = summary.stable;
 }
 
+nlohmann::ordered_json excitation_json(const Excitation& excitation, Index coefficients) {
+  return {{"frequencies", excitation.frequencies},
+          {"equations", excitation.equations()},
+          {"coefficients", coefficients},
+          {"enough", excitation.equations() >= coefficients}};
+}
+
 }  // namespace blockid::cli

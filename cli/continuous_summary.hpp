@@ -3,6 +3,7 @@
 
 #include <blockid/cli/report/html.hpp>
 #include <blockid/estimators/continuous_model.hpp>
+#include <blockid/estimators/excitation.hpp>
 #include <blockid/estimators/trend_fit.hpp>
 
 #include <Eigen/Core>
@@ -49,6 +50,9 @@ ContinuousSummary summary_of(const TrendFit& fit);
 /// Coefficients, poles and zeros as tables.
 void print_summary(std::ostream& stream, const ContinuousSummary& summary);
 void add_summary(HtmlPage& page, const ContinuousSummary& summary);
+
+/// `frequencies`, `equations`, `coefficients`, and whether they are `enough`.
+nlohmann::ordered_json excitation_json(const Excitation& excitation, Index coefficients);
 
 /// Adds `coefficients`, `poles`, `zeros`, `dc_gain`, `stable`.
 void add_summary(nlohmann::ordered_json& result, const ContinuousSummary& summary);

@@ -98,6 +98,14 @@ Model chain_of(const CtEstimate& estimate, const Record& record) {
   return model;
 }
 
+/// Numerical rank does not tell of inputs that excite too little: noise and transients fill it.
+void add_excitation(CtOutcome& outcome, const DataSet& data) {
+  const Excitation excited = excitation(data);
+  outcome.estimate.details["excitation"] = excitation_json(excited, outcome.estimate.coefficients);
+  const std::string lack = text_of_lack(excited, outcome.estimate.coefficients);
+  if (!lack.empty()) outcome.warnings.push_back(lack);
+}
+
 CtOutcome outcome_of(const CtCommand& command) {
   check_options(command);
   const PredictionOptions prediction = prediction_options(scoring_of(command), command.data.period);
@@ -117,6 +125,7 @@ CtOutcome outcome_of(const CtCommand& command) {
                     .train = {},
                     .test = std::nullopt,
                     .warnings = data.warnings};
+  add_excitation(outcome, data.train);
   for (const std::string& warning : outcome.estimate.warnings) outcome.warnings.push_back(warning);
   const auto evaluated = [&](const DataSet& records) {
     return by_trends(command) ? evaluate(outcome.model, records, prediction)

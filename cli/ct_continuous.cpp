@@ -176,6 +176,7 @@ CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, co
   estimate.transfer_function = fit.model;
   estimate.covariance = fit.covariance;
   estimate.delay = found.delay;
+  estimate.coefficients = fit.covariance.rows();
   estimate.hold = options.input_hold;
   estimate.facts = facts_of(fit, options, fit.model.basis, found.delay);
   estimate.details = details_of(fit, options, fit.model.basis);

@@ -26,6 +26,8 @@ struct CtEstimate {
   ContinuousSummary summary;
   /// Of the input, in samples.
   Index delay = 0;
+  /// Numbers of A and B that were free.
+  Index coefficients = 0;
   /// How the input runs between samples.
   Hold hold = Hold::zero_order;
   /// What the estimator says of itself, a line each.

@@ -63,6 +63,7 @@ CtEstimate estimate_of(const TrendFit& fit) {
   if (fit.covariance.allFinite()) estimate.covariance = covariance_of_powers(fit, numerator_count, scale);
   estimate.summary = summary_of(fit);
   estimate.delay = fit.structure.delay;
+  estimate.coefficients = fit.covariance.rows();
   estimate.facts = {"trends of order " + std::to_string(fit.structure.order) + ", delay " +
                         std::to_string(fit.structure.delay) + " samples, " + std::to_string(fit.rows) + " rows, rank " +
                         std::to_string(fit.rank) + " of " + std::to_string(fit.covariance.rows()) + ", condition " +

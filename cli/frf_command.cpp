@@ -113,6 +113,10 @@ FrfOutcome outcome_of(const FrfCommand& command) {
   outcome.summary = summary_of(outcome.fit.model, known_covariance(outcome.fit));
   find_largest_differences(outcome);
   outcome.warnings = outcome.data.warnings;
+  if (outcome.data.excitation) {
+    const std::string lack = text_of_lack(*outcome.data.excitation, outcome.fit.covariance.rows());
+    if (!lack.empty()) outcome.warnings.push_back(lack);
+  }
   for (const std::string& text : texts(outcome.fit.flags)) outcome.warnings.push_back(text);
   // Roots of polynomials, which other bases need, may overflow: then only when it was asked for.
   const bool asked = !command.outputs.model.empty() || basis.kind == BasisKind::localising;

@@ -140,6 +140,7 @@ FrfData from_record(const FrfCommand& command, Hold hold) {
   data.weighty_deviations = (lines.total_variance.size() > 0 ? lines.total_dof : lines.noise_dof) >= kEnough;
   data.warnings = parts.warnings;
   data.excited = excited_band(parts.train);
+  data.excitation = excitation(parts.train);
   warn_of_period(command, parts.train, data.warnings);
   const VectorXcd held = hold_response(hold, lines.response.omega_rad_s, record.sample_time_s);
   data.response.omega_rad_s = lines.response.omega_rad_s;

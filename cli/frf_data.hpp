@@ -4,6 +4,7 @@
 #include <blockid/cli/continuous_options.hpp>
 #include <blockid/cli/options.hpp>
 #include <blockid/data/frequency_response.hpp>
+#include <blockid/estimators/excitation.hpp>
 
 #include <optional>
 #include <string>
@@ -21,6 +22,8 @@ struct FrfData {
   std::optional<double> sample_time_s;
   /// Of a record: where its input has its power, rad/s.
   std::optional<FrequencyRange> excited;
+  /// Of a record: how much its input excites.
+  std::optional<Excitation> excitation;
   std::vector<std::string> warnings;
 };
 

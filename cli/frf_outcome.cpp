@@ -121,6 +121,9 @@ Json frf_json(const FrfOutcome& outcome) {
                     {"tones", outcome.data.response.response.size()},
                     {"lowest_rad_s", band.low},
                     {"highest_rad_s", band.high}};
+  if (outcome.data.excitation) {
+    result["excitation"] = excitation_json(*outcome.data.excitation, fit.covariance.rows());
+  }
   result["warnings"] = outcome.warnings;
   return result;
 }

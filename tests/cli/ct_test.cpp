@@ -1,5 +1,6 @@
 // Continuous-time models from sampled data.
 #include "cli/program.hpp"
+#include "support/signals.hpp"
 #include "support/temp_dir.hpp"
 
 #include <blockid/data/atomic_file.hpp>
@@ -11,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -23,6 +25,7 @@ using nlohmann::json;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using testing::json_file;
+using ::testing::Not;
 using testing::ProgramRun;
 using testing::run_program;
 using testing::TempDir;
@@ -108,6 +111,31 @@ TEST_F(CtCommand, WarnsOfTooManyCoefficientsAndOfInstability) {
   EXPECT_EQ(integrator.code, 0) << integrator.err;
   EXPECT_THAT(integrator.err, HasSubstr("the model is not stable"));
   EXPECT_THAT(integrator.out, ContainsRegex("pole +0 "));
+}
+
+TEST_F(CtCommand, CountsTheFrequenciesOfTheInput) {
+  // One tone and its response, which starts from rest: transients and noise fill the numerical rank.
+  testing::Noise numbers(3);
+  Eigen::VectorXd u(2000);
+  for (Eigen::Index t = 0; t < u.size(); ++t) u[t] = std::sin(25.0 * kSampleTime * static_cast<double>(t));
+  const Eigen::VectorXd y = problems::servo_response(u, kSampleTime).velocity_mm_s + numbers.white(2000, 0.1);
+  write("one.csv", u, y);
+  const std::string lack = "the input excites 1 frequency: 2 equations for 6 coefficients";
+  for (const std::vector<std::string>& method :
+       {std::vector<std::string>{"srivc"}, {"flbf"}, {"flbf", "--iv"}, {"svf"}, {"goodwin"}, {"tustin"}}) {
+    std::vector<std::string> arguments = {"--orders", "2,3", "--json", "ct.json", "--method"};
+    arguments.insert(arguments.end(), method.begin(), method.end());
+    const ProgramRun run = ct(arguments, "one.csv");
+    EXPECT_THAT(run.err, HasSubstr(lack)) << method[0];
+    const json result = json_file(folder_ / "ct.json");
+    EXPECT_THAT(result["warnings"].dump(), HasSubstr(lack));
+    EXPECT_EQ(result["excitation"]["frequencies"], 1);
+    EXPECT_FALSE(result["excitation"]["enough"].get<bool>());
+    // Two coefficients are enough of a tone, four of the two of servo.csv.
+    EXPECT_THAT(ct({"--orders", "0,1", "--method", method[0]}, "one.csv").err, Not(HasSubstr("excites")));
+    EXPECT_THAT(ct({"--orders", "1,2", "--method", method[0]}).err, Not(HasSubstr("excites")));
+    EXPECT_THAT(ct({"--orders", "2,3", "--method", method[0]}).err, HasSubstr("2 frequencies: 4 equations for 6"));
+  }
 }
 
 TEST_F(CtCommand, TheSavedModelSimulatesWhatWasScored) {

@@ -297,6 +297,34 @@ TEST_F(FrfRecord, RecordsWithoutAPeriodByTheLocalPolynomialMethod) {
   EXPECT_THAT(frf("record.csv", record({"--period", "1000", "--orders", "1,2"})).err, Not(HasSubstr("repeats itself")));
 }
 
+TEST_F(FrfCommand, ATonePerTwoCoefficientsIsTheLeast) {
+  // Two tones in a record, known or not to repeat: four equations.
+  Eigen::VectorXd u(4000);
+  for (Eigen::Index t = 0; t < u.size(); ++t) {
+    const double time = static_cast<double>(t) / 1000.0;
+    u[t] = std::cos(kTurn * 5.0 * time) + std::cos(kTurn * 12.0 * time);
+  }
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(u.size());
+  for (Eigen::Index t = 0; t + 1 < u.size(); ++t) y[t + 1] = 0.95 * y[t] + 0.05 * u[t];
+  write("two.csv", {"u", "y"}, {u, y});
+  const Arguments record = {"--input", "u", "--output", "y", "--rate", "1000", "--hold", "zoh"};
+  for (const Arguments& period : {Arguments{}, Arguments{"--period", "1000", "--transient-periods", "1"}}) {
+    Arguments arguments = record;
+    arguments.insert(arguments.end(), period.begin(), period.end());
+    Arguments many = arguments;
+    many.insert(many.end(), {"--orders", "2,3"});
+    const ProgramRun refused = frf("two.csv", many);
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("at least 3 tones"));
+    EXPECT_THAT(refused.err, HasSubstr("for 6 parameters, got 2"));
+    arguments.insert(arguments.end(), {"--orders", "0,1"});
+    const ProgramRun enough = frf("two.csv", arguments);
+    EXPECT_EQ(enough.code, 0) << enough.err;
+    EXPECT_THAT(enough.err, Not(HasSubstr("excites")));
+    EXPECT_EQ(result()["excitation"]["frequencies"], 2);
+  }
+}
+
 // ------------------------------------------------------------------------------------------------ flags and mistakes
 
 TEST_F(FrfCommand, TellsOfBreakPointsOutsideTheBand) {
