@@ -2,6 +2,7 @@
 
 #include <blockid/blocks/rational.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/validation/detail/stable_radius.hpp>
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
@@ -13,8 +14,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// A double root at one comes out of the eigenvalues with an error of the root of the rounding unit.
-constexpr double kStableRadius = 1.0 - 1e-7;
+using detail::kStableRadius;
 
 VectorXd product(const VectorXd& a, const VectorXd& b) {
   VectorXd c = VectorXd::Zero(a.size() + b.size() - 1);
@@ -33,20 +33,20 @@ void check_polynomial(const VectorXd& polynomial, const char* what) {
   if (polynomial.size() < 1 || !polynomial.allFinite()) fail(what, ": expected finite coefficients, at least one");
 }
 
-void check_transfer_function(const DiscreteTransferFunction& g) {
-  check_polynomial(g.numerator, "numerator");
-  check_polynomial(g.denominator, "denominator");
-  if (g.denominator[0] == 0.0) fail("denominator: expected a first coefficient that is not zero");
-}
-
 void check_sizes(Index expected, Index got, const char* what) {
   if (expected != got) fail(what, ": expected ", expected, " samples, got ", got);
 }
 
 }  // namespace
 
+void check(const DiscreteTransferFunction& g) {
+  check_polynomial(g.numerator, "numerator");
+  check_polynomial(g.denominator, "denominator");
+  if (g.denominator[0] == 0.0) fail("denominator: expected a first coefficient that is not zero");
+}
+
 VectorXd filter(const DiscreteTransferFunction& g, const VectorXd& u) {
-  check_transfer_function(g);
+  check(g);
   const Rational block(g.numerator.size() - 1, g.denominator.size() - 1);
   VectorXd theta(block.parameter_count());
   theta << g.numerator / g.denominator[0], g.denominator.tail(g.denominator.size() - 1) / g.denominator[0];
@@ -75,7 +75,7 @@ double spectral_radius(const VectorXd& polynomial) {
 }
 
 CoprimeFactors coprime_factors(const DiscreteTransferFunction& g, double pole) {
-  check_transfer_function(g);
+  check(g);
   if (!(std::abs(pole) < 1.0)) fail("coprime factors: expected a pole inside the unit circle, got ", pole);
   if (spectral_radius(g.denominator) < kStableRadius) return trivial_factors(g);
   Eigen::VectorXcd stable = Eigen::VectorXcd::Constant(1, g.denominator[0]);
@@ -90,7 +90,7 @@ CoprimeFactors coprime_factors(const DiscreteTransferFunction& g, double pole) {
 }
 
 CoprimeFactors trivial_factors(const DiscreteTransferFunction& g) {
-  check_transfer_function(g);
+  check(g);
   return {g.numerator, g.denominator, g.denominator};
 }
 
@@ -100,7 +100,7 @@ VectorXd characteristic_polynomial(const UncertainLoop& loop) {
 }
 
 void check(const UncertainLoop& loop) {
-  check_transfer_function(loop.weight);
+  check(loop.weight);
   if (loop.weight.numerator[0] == 0.0)
     fail("weight: expected a direct term (biproper), got a numerator that begins with 0");
   const double zero = spectral_radius(loop.weight.numerator);
@@ -174,7 +174,7 @@ UncertainRecord simulate_uncertain_loop(const UncertainLoop& loop, const Discret
                                         const VectorXd& r, const VectorXd& d) {
   check(loop);
   check_sizes(r.size(), d.size(), "disturbance");
-  check_transfer_function(uncertainty);
+  check(uncertainty);
   if (const double pole = spectral_radius(uncertainty.denominator); pole >= kStableRadius) {
     fail("uncertainty: expected poles inside the unit circle, got one of modulus ", pole);
   }

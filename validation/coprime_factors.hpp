@@ -11,6 +11,9 @@ struct DiscreteTransferFunction {
   Eigen::VectorXd denominator;  ///< (na + 1,)
 };
 
+/// Throws Error unless both polynomials are finite and not empty and a_0 is not zero.
+void check(const DiscreteTransferFunction& g);
+
 /// y = G u from rest. Throws Error unless both polynomials are finite and a_0 is not zero.
 Eigen::VectorXd filter(const DiscreteTransferFunction& g, const Eigen::VectorXd& u);
 

@@ -2,6 +2,7 @@
 
 #include <blockid/data/error.hpp>
 #include <blockid/validation/correlation.hpp>
+#include <blockid/validation/dense_product.hpp>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -190,6 +191,17 @@ class GramForm : public ConicForm {
   double input_norm_;
 };
 
+void check_programme(const MatrixXd& v, const MatrixXd& w, double gamma, double relative_tau) {
+  check_signals(v, w, relative_tau);
+  if (w.cols() > v.cols()) {
+    fail("uncertainty programme: expected at least as many samples of v as of w, got ", v.cols(), " and ", w.cols());
+  }
+  if (!(gamma > 0.0) || !std::isfinite(gamma)) {
+    fail("uncertainty programme: expected a finite noise bound above 0, got ", gamma);
+  }
+  if (v.isZero(0.0)) fail("uncertainty programme: the signal v is zero, nothing excites the loop");
+}
+
 }  // namespace
 
 MatrixXd block_toeplitz(const MatrixXd& v) {
@@ -200,27 +212,59 @@ MatrixXd block_toeplitz(const MatrixXd& v) {
   return t;
 }
 
+double block_toeplitz_norm(const MatrixXd& v) {
+  if (v.size() == 0) return 0.0;
+  const MatrixXd t = block_toeplitz(v);
+  return std::sqrt(std::max(0.0, largest_eigenvalue(t.transpose() * t)));
+}
+
 double mimo_noise_free_bound(const MatrixXd& v, const MatrixXd& w, double relative_tau) {
   check_signals(v, w, relative_tau);
   if (v.cols() != w.cols()) {
     fail("uncertainty bound: expected v and w with as many samples, got ", v.cols(), " and ", w.cols());
   }
   if (v.isZero(0.0)) return w.isZero(0.0) ? 0.0 : std::numeric_limits<double>::infinity();
-  const MatrixXd t = block_toeplitz(v);
-  const double norm = std::sqrt(largest_eigenvalue(t.transpose() * t));
-  return ratio_norm(block_toeplitz(w), regular_triangle(t, relative_tau * norm));
+  const double tau = relative_tau * block_toeplitz_norm(v);
+  return ratio_norm(block_toeplitz(w), regular_triangle(block_toeplitz(v), tau));
+}
+
+double certified_mimo_alpha(const MatrixXd& v, const MatrixXd& w, double gamma, const MimoCertificate& x,
+                            double relative_tau) {
+  check_programme(v, w, gamma, relative_tau);
+  if (x.size() == 0) return 0.0;
+  const Index n = v.cols();
+  const Index p = w.rows();
+  const Index past = n - w.cols();
+  if (x.rows() != (1 + p) * n || x.cols() != (1 + p) * n) {
+    fail("certificate: expected ", (1 + p) * n, " rows and columns, got ", x.rows(), " and ", x.cols());
+  }
+  if (!CholeskyFactor(x).positive()) fail("certificate: expected a positive definite matrix");
+  const double largest = w.cwiseAbs().maxCoeff();
+  if (largest == 0.0) return 0.0;
+  const double norm = block_toeplitz_norm(v);
+  const MatrixXd t = block_toeplitz(v) / norm;
+  const MatrixXd corner = x.topLeftCorner(n, n);
+  const double traced = (t * corner).cwiseProduct(t).sum() + relative_tau * relative_tau * corner.trace();
+  double gain = -x.bottomRightCorner(p * n, p * n).trace();
+  double free = 0.0;
+  for (Index a = 0; a < p; ++a) {
+    for (Index k = 0; k < n; ++k) {
+      const double s = 2.0 * x.block((1 + a) * n, 0, n, n).diagonal(-k).sum();
+      if (k < past) {
+        free += s * s;
+      } else {
+        gain -= s * w(a, k - past) / largest + std::abs(s) * gamma / largest;
+      }
+    }
+  }
+  if (!(gain > 0.0) || !(traced > 0.0)) return 0.0;
+  const double before = std::sqrt(free) * v.norm() / norm;
+  return largest / norm * (std::sqrt(before * before + 4.0 * traced * gain) - before) / (2.0 * traced);
 }
 
 MimoSolution smallest_mimo_alpha(const MatrixXd& v, const MatrixXd& w, double gamma, const ProgrammeOptions& options,
-                                 double relative_tau) {
-  check_signals(v, w, relative_tau);
-  if (w.cols() > v.cols()) {
-    fail("uncertainty programme: expected at least as many samples of v as of w, got ", v.cols(), " and ", w.cols());
-  }
-  if (!(gamma > 0.0) || !std::isfinite(gamma)) {
-    fail("uncertainty programme: expected a finite noise bound above 0, got ", gamma);
-  }
-  if (v.isZero(0.0)) fail("uncertainty programme: the signal v is zero, nothing excites the loop");
+                                 double relative_tau, double target) {
+  check_programme(v, w, gamma, relative_tau);
   MimoSolution solution;
   solution.output = MatrixXd::Zero(w.rows(), v.cols());
   const double largest = w.cwiseAbs().maxCoeff();
@@ -229,9 +273,8 @@ MimoSolution smallest_mimo_alpha(const MatrixXd& v, const MatrixXd& w, double ga
     return solution;
   }
   // v and w in units in which T_v and w are of size one.
-  MatrixXd t = block_toeplitz(v);
-  const double norm = std::sqrt(largest_eigenvalue(t.transpose() * t));
-  t /= norm;
+  const double norm = block_toeplitz_norm(v);
+  const MatrixXd t = block_toeplitz(v) / norm;
   const MatrixXd r = regular_triangle(t, relative_tau);
   const MatrixXd gram = t.transpose() * t + relative_tau * relative_tau * MatrixXd::Identity(t.cols(), t.cols());
   const GramForm form(gram, w / largest, gamma / largest, v.norm() / norm);
@@ -242,12 +285,13 @@ MimoSolution smallest_mimo_alpha(const MatrixXd& v, const MatrixXd& w, double ga
   InteriorPoint method(form, y);
   ProgrammeOptions squared = options;
   squared.tolerance = 2.0 * options.tolerance;  // of beta = alpha^2
-  const ProgrammeRun end = run(method, squared, -1.0, 0.0);
   const double gain = largest / norm;
+  const ProgrammeRun end = run(method, squared, target < 0.0 ? -1.0 : target * target / (gain * gain), 0.0);
   solution.status = end.status;
   solution.iterations = end.iterations;
   solution.value = gain * std::sqrt(method.value());
   solution.lower_bound = gain * std::sqrt(method.bound());
+  if (!method.certificate().blocks.empty()) solution.certificate = method.certificate().blocks[0];
   solution.output = largest * method.y().head(solution.output.size()).reshaped(w.rows(), v.cols());
   return solution;
 }

@@ -212,6 +212,43 @@ TEST(MimoProgramme, AgreesWithCsdp) {
   EXPECT_NEAR(ours, std::sqrt(other.dual), 1e-6 * ours);
 }
 
+// The bound of the method, from the multiplier alone and by other sums; and of any other multiplier, which proves less.
+TEST(MimoProgramme, CertificateIsEvaluatedOnceMore) {
+  const MatrixXd v = noise(2, 30, 16);
+  const MatrixXd w = all_pass_response(v) + 0.02 * noise(2, 30, 17).cwiseMax(-1.0).cwiseMin(1.0);
+  for (const Index past : {0, 10}) {
+    const MatrixXd window = w.rightCols(30 - past);
+    const MimoSolution solution = smallest_mimo_alpha(v, window, 0.02);
+    const double certified = certified_mimo_alpha(v, window, 0.02, solution.certificate);
+    EXPECT_NEAR(certified, solution.lower_bound, 1e-12);
+    EXPECT_GE(certified, solution.value * (1.0 - 1e-6));
+    EXPECT_LT(certified_mimo_alpha(v, window, 0.03, solution.certificate), certified);
+    const MatrixXd near = noise(90, 90, 18);
+    const double least = 1e-3 * solution.certificate.norm() / near.squaredNorm();
+    const double other = certified_mimo_alpha(v, window, 0.02, solution.certificate + least * near * near.transpose());
+    EXPECT_LT(other, certified);
+    EXPECT_GT(other, 0.1);
+    EXPECT_THAT(message_of([&] { certified_mimo_alpha(v, window, 0.02, -solution.certificate); }),
+                HasSubstr("positive definite"));
+    EXPECT_THAT(message_of([&] { certified_mimo_alpha(v, window, 0.02, MatrixXd::Identity(3, 3)); }),
+                HasSubstr("expected 90 rows"));
+  }
+  EXPECT_EQ(certified_mimo_alpha(v, w, 0.02, {}), 0.0);
+}
+
+TEST(MimoProgramme, StopsWhenTheSideOfTheTargetIsKnown) {
+  const MatrixXd v = noise(2, 30, 16);
+  const MatrixXd w = all_pass_response(v);
+  const MimoSolution whole = smallest_mimo_alpha(v, w, 0.02);
+  for (const double factor : {0.8, 1.2}) {
+    const double target = factor * whole.value;
+    const MimoSolution early = smallest_mimo_alpha(v, w, 0.02, {}, 1e-8, target);
+    EXPECT_EQ(early.status, ProgrammeStatus::target_reached);
+    EXPECT_LT(early.iterations, whole.iterations);
+    EXPECT_TRUE(factor > 1.0 ? early.value <= target : early.lower_bound > target) << factor;
+  }
+}
+
 TEST(MimoProgramme, MistakesAreNamed) {
   const MatrixXd one = MatrixXd::Ones(2, 3);
   EXPECT_THAT(message_of([&] { mimo_noise_free_bound(one, MatrixXd::Ones(1, 4)); }), HasSubstr("got 3 and 4"));
