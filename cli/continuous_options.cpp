@@ -47,6 +47,28 @@ Degrees parse_degrees(const std::vector<int>& orders) {
   return {orders[0], orders[1]};
 }
 
+MissingCoefficients parse_without(const std::vector<std::string>& names, const Degrees& degrees) {
+  std::vector<std::pair<std::string, Index>> left;
+  for (Index power = degrees.denominator - 1; power >= 0; --power)
+    left.emplace_back("a" + std::to_string(power), power);
+  for (Index power = degrees.numerator; power >= 0; --power) left.emplace_back("b" + std::to_string(power), power);
+  MissingCoefficients missing;
+  for (const std::string& name : names) {
+    const auto found = std::find_if(left.begin(), left.end(), [&](const auto& one) { return one.first == name; });
+    if (found == left.end()) {
+      std::string known;
+      for (const auto& [other, power] : left) known += (known.empty() ? "" : ", ") + other;
+      fail("--without ", name, ": expected one of ", known);
+    }
+    (name.front() == 'b' ? missing.numerator : missing.denominator).push_back(found->second);
+    left.erase(found);
+  }
+  if (std::ssize(missing.numerator) == degrees.numerator + 1) {
+    fail("--without: expected at least one coefficient of the numerator to remain");
+  }
+  return missing;
+}
+
 FrequencyRange parse_frequency_range(const std::string& option, const std::string& text) {
   const std::vector<std::string> parts = split_at_colons(text);
   if (parts.size() != 2) fail(option, " ", text, ": expected LO:HI in rad/s, such as 0.1:1000");

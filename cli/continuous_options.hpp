@@ -21,6 +21,16 @@ struct Degrees {
 /// --orders NB,NA. Throws Error unless 0 <= NB <= NA and NA >= 1.
 Degrees parse_degrees(const std::vector<int>& orders);
 
+/// Powers of s that have no coefficient.
+struct MissingCoefficients {
+  std::vector<Index> numerator;
+  std::vector<Index> denominator;
+};
+
+/// --without NAME, "a0" or "b1". Throws Error for a name that these degrees do not have or that is there twice, and
+/// when nothing of the numerator remains.
+MissingCoefficients parse_without(const std::vector<std::string>& names, const Degrees& degrees);
+
 /// "LO:HI" with 0 < LO < HI. Throws Error that begins with `option`.
 FrequencyRange parse_frequency_range(const std::string& option, const std::string& text);
 

@@ -1,4 +1,5 @@
 #include <blockid/cli/commands.hpp>
+#include <blockid/cli/continuous_options.hpp>
 #include <blockid/cli/ct_outcome.hpp>
 #include <blockid/cli/exit_codes.hpp>
 #include <blockid/cli/outputs.hpp>
@@ -20,23 +21,6 @@
 namespace blockid::cli {
 namespace {
 
-std::string names_of(const TrendStructure& structure) {
-  std::string names;
-  for (const Index power : structure.a) names += (names.empty() ? "a" : ", a") + std::to_string(power);
-  for (const Index power : structure.b) names += ", b" + std::to_string(power);
-  return names;
-}
-
-/// Removes the power that `name`, "a0" or "b1", stands for.
-void leave_out(const std::string& name, TrendStructure& structure) {
-  std::vector<Index>& powers = name.starts_with("b") ? structure.b : structure.a;
-  const auto found = std::find_if(powers.begin(), powers.end(), [&](Index power) {
-    return name == (name.starts_with("b") ? "b" : "a") + std::to_string(power);
-  });
-  if (found == powers.end()) fail("--without ", name, ": expected one of ", names_of(structure));
-  powers.erase(found);
-}
-
 bool by_trends(const CtCommand& command) { return command.method == "goodwin" || command.method == "tustin"; }
 
 /// Options of one family of methods do not belong to the other.
@@ -44,17 +28,14 @@ void check_options(const CtCommand& command) {
   if (command.refit && !command.without.empty()) {
     fail("--refit: estimates all coefficients, those of --without, too; leave one of the two out");
   }
-  const std::vector<std::pair<const char*, bool>> of_trends = {{"--without", !command.without.empty()}};
-  const std::vector<std::pair<const char*, bool>> of_others = {{"--break-points", !command.break_points.empty()},
-                                                               {"--hold", !command.hold.empty()},
-                                                               {"--iv", command.iv},
-                                                               {"--no-relocate", command.no_relocate},
-                                                               {"--max-iterations", command.max_iterations > 0}};
-  const bool trends = by_trends(command);
-  for (const auto& [option, given] : trends ? of_others : of_trends) {
-    if (!given) continue;
-    fail(option, ": does not belong to --method ", command.method, ", only to ",
-         trends ? "flbf, svf and srivc" : "goodwin and tustin");
+  if (!by_trends(command)) return;
+  const std::vector<std::pair<const char*, bool>> of_filters = {{"--break-points", !command.break_points.empty()},
+                                                                {"--hold", !command.hold.empty()},
+                                                                {"--iv", command.iv},
+                                                                {"--no-relocate", command.no_relocate},
+                                                                {"--max-iterations", command.max_iterations > 0}};
+  for (const auto& [option, given] : of_filters) {
+    if (given) fail(option, ": does not belong to --method ", command.method, ", only to flbf, svf and srivc");
   }
 }
 
@@ -71,8 +52,9 @@ TrendStructure structure_of(const CtCommand& command) {
   }
   const TrendScheme scheme = command.method == "goodwin" ? TrendScheme::goodwin : TrendScheme::tustin;
   TrendStructure structure = full_trends(scheme, command.orders[0], command.orders[1], command.delay);
-  for (const std::string& name : command.without) leave_out(name, structure);
-  if (structure.b.empty()) fail("--without: expected at least one coefficient of the numerator to remain");
+  const MissingCoefficients missing = parse_without(command.without, {command.orders[0], command.orders[1]});
+  for (const Index power : missing.denominator) std::erase(structure.a, power);
+  for (const Index power : missing.numerator) std::erase(structure.b, power);
   return structure;
 }
 

@@ -11,7 +11,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace blockid::cli {
 namespace {
@@ -129,7 +132,38 @@ FoundDelay delay_of(const CtCommand& command, const DataSet& data, const Degrees
   return {delay, std::move(table)};
 }
 
-ContinuousFitOptions options_of(const CtCommand& command, const PredictionOptions& prediction) {
+/// What is left of the highest coefficients of B decides on its degree.
+struct Structure {
+  Degrees degrees;
+  MissingCoefficients missing;
+};
+
+Structure structure_of(const CtCommand& command) {
+  Structure result;
+  result.degrees = parse_degrees(command.orders);
+  result.missing = parse_without(command.without, result.degrees);
+  while (std::erase(result.missing.numerator, result.degrees.numerator) > 0) --result.degrees.numerator;
+  return result;
+}
+
+/// Coefficients that are zero but for rounding, and integrators, as what they are.
+void clear_missing(ContinuousSummary& summary, const MissingCoefficients& missing) {
+  const auto has = [](const std::vector<Index>& powers, Index power) {
+    return std::find(powers.begin(), powers.end(), power) != powers.end();
+  };
+  std::erase_if(summary.coefficients, [&](const Coefficient& one) {
+    const bool numerator = one.name.front() == 'b';
+    return has(numerator ? missing.numerator : missing.denominator, std::stol(one.name.substr(1)));
+  });
+  for (Index power = 0; has(missing.denominator, power); ++power) {
+    summary.poles[static_cast<std::size_t>(power)] = {0.0, 0.0, 0.0};
+    summary.stable = false;
+    summary.dc_gain = std::numeric_limits<double>::infinity();
+  }
+}
+
+ContinuousFitOptions options_of(const CtCommand& command, const PredictionOptions& prediction,
+                                const MissingCoefficients& missing) {
   ContinuousFitOptions options;
   options.method = method_of(command);
   options.input_hold = parse_hold(command.hold.empty() ? "spline3" : command.hold);
@@ -138,6 +172,8 @@ ContinuousFitOptions options_of(const CtCommand& command, const PredictionOption
   options.initial_state = prediction.initial_state;
   options.warmup = prediction.warmup;
   options.relocate = !command.no_relocate;
+  options.zero_numerator = missing.numerator;
+  options.zero_denominator = missing.denominator;
   if (command.max_iterations > 0) options.max_iterations = command.max_iterations;
   return options;
 }
@@ -166,8 +202,8 @@ void refit_estimate(CtEstimate& estimate, const DataSet& late, const PredictionO
 }
 
 CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, const PredictionOptions& prediction) {
-  const Degrees degrees = parse_degrees(command.orders);
-  const ContinuousFitOptions options = options_of(command, prediction);
+  const auto [degrees, missing] = structure_of(command);
+  const ContinuousFitOptions options = options_of(command, prediction, missing);
   check_delay(command, data);
   const FoundDelay found = delay_of(command, data, degrees, options);
   const DataSet late = with_late_input(data, found.delay, found.delay);
@@ -176,7 +212,7 @@ CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, co
   estimate.transfer_function = fit.model;
   estimate.covariance = fit.covariance;
   estimate.delay = found.delay;
-  estimate.coefficients = fit.covariance.rows();
+  estimate.coefficients = fit.covariance.rows() - std::ssize(missing.numerator) - std::ssize(missing.denominator);
   estimate.hold = options.input_hold;
   estimate.facts = facts_of(fit, options, fit.model.basis, found.delay);
   estimate.details = details_of(fit, options, fit.model.basis);
@@ -186,6 +222,7 @@ CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, co
   }
   if (!estimate.covariance.allFinite()) estimate.covariance.resize(0, 0);
   estimate.summary = summary_of(estimate.transfer_function, estimate.covariance);
+  clear_missing(estimate.summary, missing);
   ContinuousFitFlags flags = fit.flags;
   if (command.refit) {
     refit_estimate(estimate, late, prediction);

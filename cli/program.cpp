@@ -317,10 +317,9 @@ void add_ct(CLI::App& program, CtCommand& command) {
       ->type_name("N")
       ->check(CLI::PositiveNumber)
       ->group(group);
-  add_repeated(
-      app, "--without", command.without,
-      "goodwin, tustin: coefficient that is zero, e.g. b1, or a0 for an integrator; repeatable or separated by commas "
-      "(default: none)")
+  add_repeated(app, "--without", command.without,
+               "coefficient that is zero, e.g. b1, or a0 for an integrator; repeatable or separated by commas "
+               "(default: none)")
       ->delimiter(',')
       ->type_name("NAME")
       ->group(group);

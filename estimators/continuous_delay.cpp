@@ -3,30 +3,9 @@
 #include <blockid/data/error.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <utility>
 
 namespace blockid {
-namespace {
-
-void add_errors(DelayTrial& trial, const DataSet& data, const ContinuousFitOptions& options) {
-  for (const Record& record : data.records) {
-    const Eigen::VectorXd yhat =
-        simulate(trial.fit.model, record, {options.input_hold, options.initial_state, options.warmup});
-    for (Index t = options.warmup; t < yhat.size(); ++t) {
-      if (is_missing(record, t)) continue;
-      const double error = weight(record, t) * (record.y[t] - yhat[t]);
-      trial.squared_error += error * error;
-      trial.absolute_error += std::abs(error);
-    }
-  }
-  if (std::isfinite(trial.squared_error)) return;
-  trial.squared_error = trial.absolute_error = std::numeric_limits<double>::infinity();
-}
-
-}  // namespace
-
 DataSet with_late_input(const DataSet& data, Index delay, Index first) {
   if (delay < 0 || first < delay) {
     fail("delay: expected one from 0 to the first output that counts, ", first, ", got ", delay);
@@ -51,7 +30,9 @@ std::vector<DelayTrial> delay_table(const DataSet& data, const RationalBasis& ba
   for (Index delay = 0; delay <= longest; ++delay) {
     const DataSet late = with_late_input(data, delay, longest);
     DelayTrial trial{.delay = delay, .fit = fit_continuous(late, basis, options)};
-    add_errors(trial, late, options);
+    const SimulationErrors errors = simulation_errors(trial.fit.model, late, options);
+    trial.squared_error = errors.squared;
+    trial.absolute_error = errors.absolute;
     table.push_back(std::move(trial));
   }
   return table;

@@ -2,9 +2,11 @@
 
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/accumulators.hpp>
-#include <blockid/estimators/detail/break_point_relocation.hpp>
+#include <blockid/estimators/detail/coefficient_constraints.hpp>
 #include <blockid/estimators/detail/continuous_equation.hpp>
+#include <blockid/estimators/detail/continuous_fit_in_basis.hpp>
 #include <blockid/estimators/detail/held_states.hpp>
+#include <blockid/estimators/detail/mirrored_denominator.hpp>
 #include <blockid/estimators/excited_band.hpp>
 #include <blockid/estimators/frequency_fit.hpp>
 
@@ -37,11 +39,6 @@ constexpr std::array<std::pair<ContinuousMethod, const char*>, 3> kMethods = {
 /// A step that moves the output by less, relative to it, is rounding: that of a recursion over N = 1e5..1e6 samples, a
 /// random walk of epsilon sqrt(N) = 1e-13 in every column, a hundred times larger after columns have cancelled.
 constexpr double kRounding = 1e-10;
-/// Where a pole on the imaginary axis is put, relative to its modulus.
-constexpr double kLeastDamping = 1e-6;
-constexpr int kMaxRelocations = 5;
-/// Fits whose simulations differ by less are one: then the smaller drift is better.
-constexpr double kSameRms = 1.0 + 1e-6;
 
 // ------------------------------------------------------------------------------------------------------- prefilters
 
@@ -61,33 +58,6 @@ VectorXcd poles_of(const RationalBasis& basis, const VectorXd& a) {
   return poles({basis, a, VectorXd::Zero(basis.numerator_degree + 1)});
 }
 
-/// A/E times prod (s - mirrored pole) / (s - pole) over the poles that are not stable: of the same modulus at all
-/// frequencies. Back into the basis by least squares over frequencies around the poles, where the equation is exact.
-VectorXd stabilised(const RationalBasis& basis, const VectorXd& a) {
-  const VectorXcd roots = poles_of(basis, a);
-  if ((roots.real().array() < 0.0).all()) return a;
-  const VectorXd moduli = roots.cwiseAbs();
-  const double highest = std::max(moduli.maxCoeff(), basis.points[0]);
-  const double lowest = std::max(moduli.minCoeff(), 1e-12 * highest);
-  const VectorXd omega = break_points(lowest / 3.0, 3.0 * highest, 6 * basis.order);
-  const BasisValues values = evaluate(basis, omega);
-  VectorXcd denominator = values.lead + values.phi * a;
-  for (const Complex& root : roots) {
-    if (root.real() < 0.0) continue;
-    const Complex mirrored(std::min(-root.real(), -kLeastDamping * std::abs(root)), root.imag());
-    for (Index k = 0; k < omega.size(); ++k) {
-      const Complex s(0.0, omega[k]);
-      denominator[k] *= (s - mirrored) / (s - root);
-    }
-  }
-  // Rows of equal size, columns of equal size.
-  const VectorXcd weights = denominator.cwiseAbs().cwiseInverse().cast<Complex>();
-  const MatrixXd x = stacked(weights.asDiagonal() * values.phi);
-  const VectorXd y = stacked(weights.cwiseProduct(denominator - values.lead));
-  const VectorXd norms = x.colwise().norm();
-  return (x * norms.cwiseInverse().asDiagonal()).colPivHouseholderQr().solve(y).cwiseQuotient(norms);
-}
-
 // -------------------------------------------------------------------------------------------------------- estimates
 
 /// An estimate under one prefilter, x = [c.., b, a - d].
@@ -100,12 +70,7 @@ struct Estimate {
   MatrixXd covariance;
 };
 
-Estimate least_squares(const QrTriangle& regression) {
-  const LinearSolution solution = solve_least_squares(regression);
-  return {solution.x, solution.rank, solution.residual_sum_of_squares, scaled_pseudo_inverse(regression).matrix};
-}
-
-/// The triangle of rows of upper triangular matrices: a QrTriangle of a part of another.
+/// The triangle of rows, [.., y].
 QrTriangle triangle_of(const MatrixXd& rows) {
   const RowMajor tile = rows;
   QrTriangle result(tile.cols());
@@ -113,40 +78,113 @@ QrTriangle triangle_of(const MatrixXd& rows) {
   return result;
 }
 
-/// R of the columns [Z, X_y | y], Z = [f, u-part, instruments of y], X = [f, u-part, X_y].
-class InstrumentTriangle {
+/// x = offset + directions q under one prefilter: what coefficients that are zero leave of [c.., b, a - d].
+class Freedom {
  public:
-  InstrumentTriangle(const QrTriangle& triangle, Index order)
-      : r_(triangle.triangle()), order_(order), unknowns_(triangle.columns() - 1 - order) {}
-
-  /// Z'X x = Z'y is R_zx x = r_z, Z = Q R_zz.
-  Estimate estimate() const {
-    const QrTriangle square = triangle_of(equations(unknowns_));
-    const LinearSolution solution = solve_least_squares(square);
-    const MatrixXd all = equations(r_.rows());
-    return {solution.x, solution.rank, (all.leftCols(unknowns_) * solution.x - all.col(unknowns_)).squaredNorm(),
-            scaled_pseudo_inverse(square).matrix};
-  }
-  /// (Z'Z)^+.
-  MatrixXd instrument_covariance() const {
-    return scaled_pseudo_inverse(triangle_of(r_.topLeftCorner(unknowns_, unknowns_ + 1))).matrix;
-  }
-  /// |Z step|: how far a step moves the output, to first order.
-  double moved(const VectorXd& step) const {
-    return (r_.topLeftCorner(unknowns_, unknowns_).triangularView<Eigen::Upper>() * step).norm();
+  Freedom(const ContinuousEquation& equation, const ContinuousFitOptions& options)
+      : constrained_(!options.zero_numerator.empty() || !options.zero_denominator.empty()), order_(equation.order()) {
+    const RationalBasis& basis = equation.basis();
+    all_ = detail::subspace_without(basis, options.zero_numerator, options.zero_denominator)
+               .with_free_front(equation.initial_columns());
   }
 
- private:
-  /// The first rows of [f, u-part, X_y | y].
-  MatrixXd equations(Index rows) const {
-    MatrixXd result(rows, unknowns_ + 1);
-    result << r_.topLeftCorner(rows, unknowns_ - order_), r_.topRows(rows).rightCols(order_ + 1);
+  bool constrained() const { return constrained_; }
+  Index unknowns() const { return all_.directions.cols(); }
+  const MatrixXd& directions() const { return all_.directions; }
+  VectorXd offset(const VectorXd& d) const {
+    VectorXd result = all_.offset;
+    result.tail(order_) -= d;
     return result;
   }
 
-  MatrixXd r_;
+ private:
+  detail::CoefficientSubspace all_;
+  bool constrained_;
   Index order_;
-  Index unknowns_;
+};
+
+/// The regression [X | y] in q: [X directions | y - X offset].
+QrTriangle reduced(const QrTriangle& regression, const Freedom& freedom, const VectorXd& d) {
+  const MatrixXd& r = regression.triangle();
+  const auto x = r.leftCols(r.cols() - 1);
+  MatrixXd rows(r.rows(), freedom.unknowns() + 1);
+  rows << x * freedom.directions(), r.rightCols(1) - x * freedom.offset(d);
+  return triangle_of(rows);
+}
+
+/// q and its covariance as x and that of x.
+Estimate expanded(Estimate estimate, const Freedom& freedom, const VectorXd& d) {
+  estimate.x = (freedom.offset(d) + freedom.directions() * estimate.x).eval();
+  estimate.covariance = (freedom.directions() * estimate.covariance * freedom.directions().transpose()).eval();
+  return estimate;
+}
+
+Estimate least_squares(const QrTriangle& regression) {
+  const LinearSolution solution = solve_least_squares(regression);
+  return {solution.x, solution.rank, solution.residual_sum_of_squares, scaled_pseudo_inverse(regression).matrix};
+}
+
+Estimate least_squares(const QrTriangle& regression, const Freedom& freedom, const VectorXd& d) {
+  if (!freedom.constrained()) return least_squares(regression);
+  return expanded(least_squares(reduced(regression, freedom, d)), freedom, d);
+}
+
+/// Instruments Z and equations X x = y on an orthonormal basis whose first directions are those of Z; Z and X have
+/// their columns of f and u in common.
+class InstrumentTriangle {
+ public:
+  /// From R of [Z, X_y | y], Z = [f, u-part, instruments of y], X = [f, u-part, X_y].
+  InstrumentTriangle(const QrTriangle& triangle, Index order, const Freedom& freedom, const VectorXd& d)
+      : freedom_(freedom), d_(d) {
+    const MatrixXd& r = triangle.triangle();
+    const Index unknowns = triangle.columns() - 1 - order;
+    z_ = r.leftCols(unknowns);
+    equations_.resize(r.rows(), unknowns + 1);
+    equations_ << r.leftCols(unknowns - order), r.rightCols(order + 1);
+    if (freedom.constrained()) reduce();
+  }
+
+  /// Z'X x = Z'y is R_zx x = r_z, Z = Q R_zz.
+  Estimate estimate() const {
+    const Index unknowns = z_.cols();
+    const QrTriangle square = triangle_of(equations_.topRows(unknowns));
+    const LinearSolution solution = solve_least_squares(square);
+    Estimate estimate{solution.x, solution.rank,
+                      (equations_.leftCols(unknowns) * solution.x - equations_.col(unknowns)).squaredNorm(),
+                      scaled_pseudo_inverse(square).matrix};
+    return freedom_.constrained() ? expanded(std::move(estimate), freedom_, d_) : estimate;
+  }
+  /// (Z'Z)^+.
+  MatrixXd instrument_covariance() const {
+    MatrixXd rows = MatrixXd::Zero(z_.cols(), z_.cols() + 1);
+    rows.leftCols(z_.cols()) = z_.topRows(z_.cols());
+    const MatrixXd covariance = scaled_pseudo_inverse(triangle_of(rows)).matrix;
+    if (!freedom_.constrained()) return covariance;
+    return freedom_.directions() * covariance * freedom_.directions().transpose();
+  }
+  /// |Z step|: how far a step of x moves the output, to first order.
+  double moved(const VectorXd& step) const {
+    const auto triangle = z_.topRows(z_.cols()).triangularView<Eigen::Upper>();
+    if (!freedom_.constrained()) return (triangle * step).norm();
+    return (triangle * (freedom_.directions().transpose() * step)).norm();
+  }
+
+ private:
+  void reduce() {
+    const Index unknowns = freedom_.unknowns();
+    const auto x = equations_.leftCols(equations_.cols() - 1);
+    MatrixXd rows(z_.rows(), 2 * unknowns + 1);
+    rows << z_ * freedom_.directions(), x * freedom_.directions(), equations_.rightCols(1) - x * freedom_.offset(d_);
+    const MatrixXd r = triangle_of(rows).triangle();
+    z_ = r.leftCols(unknowns);
+    equations_ = r.rightCols(unknowns + 1);
+  }
+
+  const Freedom& freedom_;
+  VectorXd d_;
+  MatrixXd z_;
+  /// [X | y].
+  MatrixXd equations_;
 };
 
 /// An estimate with the prefilter under which it was found.
@@ -158,22 +196,23 @@ struct Found {
 };
 
 /// Instruments from the output of theta, its denominator made stable.
-InstrumentTriangle instruments(const ContinuousEquation& equation, const ContinuousUnknowns& theta, const VectorXd& d) {
+InstrumentTriangle instruments(const ContinuousEquation& equation, const Freedom& freedom,
+                               const ContinuousUnknowns& theta, const VectorXd& d) {
   ContinuousUnknowns stable = theta;
-  stable.a = stabilised(equation.basis(), theta.a);
-  return {equation.regression(d, stable), equation.order()};
+  stable.a = detail::mirrored_denominator(equation.basis(), theta.a);
+  return {equation.regression(d, stable), equation.order(), freedom, d};
 }
 
-Found instrumental_variables(const ContinuousEquation& equation, const Found& start) {
+Found instrumental_variables(const ContinuousEquation& equation, const Freedom& freedom, const Found& start) {
   const VectorXd d = fixed_prefilter(equation.basis());
-  Estimate estimate = instruments(equation, start.theta, d).estimate();
+  Estimate estimate = instruments(equation, freedom, start.theta, d).estimate();
   ContinuousUnknowns theta = equation.unknowns_of(estimate.x, d);
   return {std::move(theta), std::move(estimate), start.iterations + 1, true};
 }
 
-double deviation(const ContinuousEquation& equation, double sum_of_squares) {
-  const Index freedom = equation.rows() - equation.unknowns();
-  return freedom > 0 ? std::sqrt(sum_of_squares / static_cast<double>(freedom)) : 0.0;
+double deviation(const ContinuousEquation& equation, const Freedom& freedom, double sum_of_squares) {
+  const Index degrees = equation.rows() - freedom.unknowns();
+  return degrees > 0 ? std::sqrt(sum_of_squares / static_cast<double>(degrees)) : 0.0;
 }
 
 double output_norm(const ContinuousEquation& equation) {
@@ -189,6 +228,14 @@ bool is_finite(const ContinuousUnknowns& theta) {
          std::all_of(theta.c.begin(), theta.c.end(), [](const VectorXd& c) { return c.allFinite(); });
 }
 
+/// Whether a pole is, integrators that were asked for left out: they are poles at zero but for rounding.
+bool in_right_half_plane(const VectorXcd& poles, const ContinuousFitOptions& options) {
+  const std::vector<Index>& zero = options.zero_denominator;
+  Index integrators = 0;
+  while (std::find(zero.begin(), zero.end(), integrators) != zero.end()) ++integrators;
+  return (poles.tail(poles.size() - integrators).real().array() >= 0.0).any();
+}
+
 /// Whether an iterate is to be kept instead of another: a stable one beats one that is not, then the smaller error of
 /// the prefiltered equation.
 struct Merit {
@@ -200,24 +247,25 @@ struct Merit {
 };
 
 /// The iterate that stands still, otherwise the best.
-Found refined(const ContinuousEquation& equation, const Found& start, const ContinuousFitOptions& options) {
+Found refined(const ContinuousEquation& equation, const Freedom& freedom, const Found& start,
+              const ContinuousFitOptions& options) {
   const double rounding = kRounding * output_norm(equation);
-  const double share = options.tolerance * std::sqrt(static_cast<double>(equation.unknowns()));
+  const double share = options.tolerance * std::sqrt(static_cast<double>(freedom.unknowns()));
   Found best = start;
   best.converged = false;
   Merit merit;
   ContinuousUnknowns theta = start.theta;
   for (int k = 1; k <= options.max_iterations && !best.converged; ++k) {
-    const VectorXd d = stabilised(equation.basis(), theta.a);
+    const VectorXd d = detail::mirrored_denominator(equation.basis(), theta.a);
     theta.a = d;
-    const InstrumentTriangle triangle = instruments(equation, theta, d);
+    const InstrumentTriangle triangle = instruments(equation, freedom, theta, d);
     Estimate estimate = triangle.estimate();
     const VectorXd step = estimate.x - equation.coordinates_of(theta, d);
     theta = equation.unknowns_of(estimate.x, d);
     best.iterations = start.iterations + k;
     if (!is_finite(theta)) break;
-    best.converged = triangle.moved(step) <= share * deviation(equation, estimate.sum_of_squares) + rounding;
-    const Merit here{(poles_of(equation.basis(), theta.a).real().array() < 0.0).all(), estimate.sum_of_squares};
+    best.converged = triangle.moved(step) <= share * deviation(equation, freedom, estimate.sum_of_squares) + rounding;
+    const Merit here{!in_right_half_plane(poles_of(equation.basis(), theta.a), options), estimate.sum_of_squares};
     if (!best.converged && !(here > merit)) continue;
     merit = here;
     best.theta = theta;
@@ -227,19 +275,24 @@ Found refined(const ContinuousEquation& equation, const Found& start, const Cont
   return best;
 }
 
-Found found_by(const ContinuousEquation& equation, const QrTriangle& regression, const VectorXd& prefilter,
-               const ContinuousFitOptions& options) {
-  Estimate first = least_squares(regression);
+Found found_by(const ContinuousEquation& equation, const Freedom& freedom, const QrTriangle& regression,
+               const VectorXd& prefilter, const ContinuousFitOptions& options) {
+  Estimate first = least_squares(regression, freedom, prefilter);
   ContinuousUnknowns theta = equation.unknowns_of(first.x, prefilter);
   Found found{std::move(theta), std::move(first), 1, true};
   if (!is_finite(found.theta)) fail("continuous fit: the least-squares problem has no finite solution");
   if (options.method == ContinuousMethod::least_squares) return found;
-  Found instrumental = instrumental_variables(equation, found);
+  Found instrumental = instrumental_variables(equation, freedom, found);
   if (options.method == ContinuousMethod::instrumental_variables) return instrumental;
-  return refined(equation, is_finite(instrumental.theta) ? instrumental : found, options);
+  return refined(equation, freedom, is_finite(instrumental.theta) ? instrumental : found, options);
 }
 
 // ------------------------------------------------------------------------------------------------------ what goes out
+
+MatrixXd regression_matrix(const QrTriangle& regression, const Freedom& freedom, const VectorXd& d) {
+  const MatrixXd r = freedom.constrained() ? reduced(regression, freedom, d).triangle() : regression.triangle();
+  return r.leftCols(r.cols() - 1);
+}
 
 /// Covariance of [a, b] from that of [c.., b, a].
 MatrixXd model_covariance(const ContinuousEquation& equation, const MatrixXd& covariance) {
@@ -310,110 +363,34 @@ RationalBasis state_variable_basis(Index order, Index numerator_degree, double p
   return monomial_basis(order, numerator_degree, pole_rad_s);
 }
 
-namespace {
-
-/// In the basis as it is.
-ContinuousFit fit_in(const DataSet& data, const RationalBasis& basis, const ContinuousFitOptions& options) {
+ContinuousFit detail::fit_in_basis(const DataSet& data, const RationalBasis& basis,
+                                   const ContinuousFitOptions& options) {
   const ContinuousEquation equation(data, basis, options);
   const VectorXd prefilter = fixed_prefilter(basis);
   const QrTriangle regression = equation.regression(prefilter);
-  const MatrixXd x = regression.triangle().leftCols(equation.unknowns());
-  const Found found = found_by(equation, regression, prefilter, options);
+  const Freedom freedom(equation, options);
+  const Found found = found_by(equation, freedom, regression, prefilter, options);
+  const MatrixXd x = regression_matrix(regression, freedom, prefilter);
   ContinuousFit fit;
   fit.model = {basis, found.theta.a, found.theta.b};
   fit.initial_conditions = found.theta.c;
   fit.rows = equation.rows();
-  fit.unknowns = equation.unknowns();
+  fit.unknowns = freedom.unknowns();
   fit.rank = found.estimate.rank;
   fit.iterations = found.iterations;
   fit.condition = squared_condition(x);
   fit.condition_normalised = squared_condition(normalised_columns(x));
   fit.rms = std::sqrt(found.estimate.sum_of_squares / static_cast<double>(fit.rows));
-  fit.noise_deviation = deviation(equation, found.estimate.sum_of_squares);
+  fit.noise_deviation = deviation(equation, freedom, found.estimate.sum_of_squares);
   fit.covariance = std::pow(fit.noise_deviation, 2) * model_covariance(equation, found.estimate.covariance);
   fit.pole_deviations = pole_deviations(fit.model, fit.covariance);
-  fit.flags.unstable = !is_stable(fit.model);
+  fit.flags.unstable = in_right_half_plane(poles(fit.model), options);
   fit.flags.break_points_outside_band = outside_band(equation, data);
   fit.flags.rank_deficient = fit.rank < fit.unknowns;
   fit.flags.not_converged = !found.converged;
   fit.drift = drift_of(fit.model, sampled_band(data));
   fit.flags.drift = fit.drift > kDriftLimit;
   return fit;
-}
-
-/// A fit with what it is judged by.
-struct Judged {
-  ContinuousFit fit;
-  double rms = std::numeric_limits<double>::infinity();
-
-  bool better_than(const Judged& other) const {
-    if (fit.flags.unstable != other.fit.flags.unstable) return other.fit.flags.unstable;
-    if (rms > other.rms * kSameRms) return false;
-    return rms * kSameRms < other.rms || fit.drift < other.fit.drift;
-  }
-};
-
-ContinuousFit relocated(const DataSet& data, const RationalBasis& given, ContinuousFit start,
-                        const ContinuousFitOptions& options) {
-  const FrequencyRange all = sampled_band(data);
-  Judged best{std::move(start), 0.0};
-  best.rms = simulation_rms(best.fit.model, data, options);
-  int relocations = 0;
-  const auto attempt = [&](const VectorXd& points) {
-    RationalBasis basis = given;
-    basis.points = points;
-    Judged next{fit_in(data, basis, options), 0.0};
-    next.rms = simulation_rms(next.fit.model, data, options);
-    ++relocations;
-    if (next.better_than(best)) best = next;
-    return next.fit;
-  };
-  const auto settle = [&](ContinuousFit current) {
-    for (int k = 0; k < kMaxRelocations && current.flags.drift; ++k) {
-      current = attempt(detail::relocated_points(poles(current.model), all));
-    }
-  };
-  settle(best.fit);
-  const FrequencyRange band = excited_band(data);
-  settle(attempt(break_points(band.low, band.high, given.order)));
-  best.fit.relocations = relocations;
-  best.fit.flags.relocated = best.fit.model.basis.points != given.points;
-  return best.fit;
-}
-
-}  // namespace
-
-ContinuousFit fit_continuous(const DataSet& data, const RationalBasis& basis, const ContinuousFitOptions& options) {
-  ContinuousFit fit = fit_in(data, basis, options);
-  if (!options.relocate || !fit.flags.drift) return fit;
-  const bool outside = fit.flags.break_points_outside_band;
-  fit = relocated(data, basis, std::move(fit), options);
-  fit.flags.break_points_outside_band = outside;
-  return fit;
-}
-
-ContinuousFit fit_continuous(const DataSet& data, Index numerator_degree, Index order,
-                             const ContinuousFitOptions& options) {
-  check(data);
-  if (order < 1) fail("continuous fit: expected an order of at least 1, got ", order);
-  const FrequencyRange band = excited_band(data);
-  return fit_continuous(data, localising_basis(break_points(band.low, band.high, order), numerator_degree), options);
-}
-
-double simulation_rms(const ContinuousTransferFunction& model, const DataSet& data,
-                      const ContinuousFitOptions& options) {
-  double sum = 0.0;
-  double counted = 0.0;
-  for (const Record& record : data.records) {
-    const VectorXd y = simulate(model, record, {options.input_hold, options.initial_state, options.warmup});
-    for (Index t = options.warmup; t < y.size(); ++t) {
-      if (is_missing(record, t)) continue;
-      sum += std::pow(weight(record, t) * (record.y[t] - y[t]), 2);
-      counted += 1.0;
-    }
-  }
-  const double rms = std::sqrt(sum / counted);
-  return std::isfinite(rms) ? rms : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace blockid

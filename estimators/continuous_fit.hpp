@@ -51,6 +51,10 @@ struct ContinuousFitOptions {
   /// `drift` is above kDriftLimit; evenly spread ones over the band that the input excites are tried besides. The
   /// result is the fit whose simulation is nearest to the data.
   bool relocate = true;
+  /// Powers of s whose coefficients are zero, A monic: a0 = 0 is an integrator. They are linear constraints on the
+  /// coordinates in any basis, exact up to rounding.
+  std::vector<Index> zero_numerator = {};
+  std::vector<Index> zero_denominator = {};
 };
 
 /// What the numbers say about a fit that was found.
@@ -100,7 +104,8 @@ struct ContinuousFit {
 ///
 /// A gap in the output ends a run of samples; the next begins with an initial state of its own. Runs too short for the
 /// hold or for an initial state are left out. Weights multiply rows.
-/// Throws Error for data that do not pass check(), a constant input, chebyshev functions, a gap where the initial state
+/// Throws Error for data that do not pass check(), a constant input, chebyshev functions, coefficients that cannot be
+/// left out, a gap where the initial state
 /// is periodic (or zero without a warm-up), more than 64 runs, fewer rows than unknowns, and options that contradict
 /// each other. What the numbers do is told by flags.
 ContinuousFit fit_continuous(const DataSet& data, const RationalBasis& basis, const ContinuousFitOptions& options = {});
@@ -108,8 +113,17 @@ ContinuousFit fit_continuous(const DataSet& data, const RationalBasis& basis, co
 ContinuousFit fit_continuous(const DataSet& data, Index numerator_degree, Index order,
                              const ContinuousFitOptions& options = {});
 
-/// The root of the weighted mean of (y - yhat)^2 over the samples after the warm-up, by simulate() with the start and
-/// the hold of the options. Infinite where the simulation is not finite.
+/// IQ = sum (y - yhat)^2 and IV = sum |y - yhat|, weighted, over the samples after the warm-up, by simulate() with the
+/// start and the hold of the options. Infinite where the simulation is not finite.
+struct SimulationErrors {
+  double squared = 0.0;
+  double absolute = 0.0;
+  Index samples = 0;
+};
+SimulationErrors simulation_errors(const ContinuousTransferFunction& model, const DataSet& data,
+                                   const ContinuousFitOptions& options);
+
+/// The root of the weighted mean of (y - yhat)^2: sqrt(IQ / samples).
 double simulation_rms(const ContinuousTransferFunction& model, const DataSet& data,
                       const ContinuousFitOptions& options);
 

@@ -3,7 +3,9 @@
 #include <blockid/blocks/detail/hold.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/continuous_chain.hpp>
+#include <blockid/estimators/detail/mirrored_denominator.hpp>
 
+#include <cmath>
 #include <vector>
 
 namespace blockid {
@@ -62,9 +64,10 @@ ContinuousTransferFunction transfer_function_of(const ContinuousRational& block,
   return {basis, coordinates.head(basis.order), coordinates.tail(basis.numerator_degree + 1)};
 }
 
-ContinuousRefit refit(const ContinuousTransferFunction& start, const DataSet& data, Hold hold,
-                      const RefitOptions& options) {
-  check(data);
+namespace {
+
+ContinuousRefit refit_from(const ContinuousTransferFunction& start, const DataSet& data, Hold hold,
+                           const RefitOptions& options) {
   const Model model = as_model(start, {data.records.front().sample_time_s, hold});
   // A periodic record is run in by whole periods, and begins anew behind its end.
   const bool sees_ends = hold_latency(hold) > 0 && options.prediction.initial_state != InitialState::periodic;
@@ -77,6 +80,25 @@ ContinuousRefit refit(const ContinuousTransferFunction& start, const DataSet& da
   result.covariance = map * result.report.covariance->parameters * map.transpose();
   result.pole_deviations = pole_deviations(result.transfer_function, result.covariance);
   return result;
+}
+
+bool is_better(const RefitReport& report, const RefitReport& other) {
+  if (!std::isfinite(other.rmse)) return std::isfinite(report.rmse);
+  return report.rmse < other.rmse;
+}
+
+}  // namespace
+
+ContinuousRefit refit(const ContinuousTransferFunction& start, const DataSet& data, Hold hold,
+                      const RefitOptions& options) {
+  check(data);
+  if (is_stable(start)) return refit_from(start, data, hold, options);
+  ContinuousTransferFunction mirrored = start;
+  mirrored.denominator = detail::mirrored_denominator(start.basis, start.denominator);
+  ContinuousRefit stable = refit_from(mirrored, data, hold, options);
+  if (stable.report.status == FitStatus::cancelled) return stable;
+  ContinuousRefit as_given = refit_from(start, data, hold, options);
+  return is_better(as_given.report, stable.report) ? as_given : stable;
 }
 
 }  // namespace blockid

@@ -5,6 +5,10 @@
 #include <blockid/estimators/accumulators.hpp>
 #include <blockid/estimators/detail/held_states.hpp>
 
+#include <cmath>
+#include <limits>
+#include <utility>
+
 namespace blockid {
 namespace {
 
@@ -70,6 +74,30 @@ VectorXd simulate(const ContinuousTransferFunction& model, const Record& record,
   }
   if (options.initial_state != InitialState::estimated) return y;
   return with_initial_state(std::move(y), system, record, options.warmup);
+}
+
+SimulationErrors simulation_errors(const ContinuousTransferFunction& model, const DataSet& data,
+                                   const ContinuousFitOptions& options) {
+  SimulationErrors sums;
+  for (const Record& record : data.records) {
+    const VectorXd y = simulate(model, record, {options.input_hold, options.initial_state, options.warmup});
+    for (Index t = options.warmup; t < y.size(); ++t) {
+      if (is_missing(record, t)) continue;
+      const double error = weight(record, t) * (record.y[t] - y[t]);
+      sums.squared += error * error;
+      sums.absolute += std::abs(error);
+      ++sums.samples;
+    }
+  }
+  if (!std::isfinite(sums.squared)) sums.squared = sums.absolute = std::numeric_limits<double>::infinity();
+  return sums;
+}
+
+double simulation_rms(const ContinuousTransferFunction& model, const DataSet& data,
+                      const ContinuousFitOptions& options) {
+  const SimulationErrors sums = simulation_errors(model, data, options);
+  const double rms = std::sqrt(sums.squared / static_cast<double>(sums.samples));
+  return std::isfinite(rms) ? rms : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace blockid

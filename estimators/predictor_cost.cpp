@@ -14,6 +14,10 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 /// Share of the cost before the least-squares step below which the cost after it is computed anew from residuals.
 constexpr double kCancellation = 1e-6;
 
+/// Sum of squares above which derivatives are looked at before a step is taken: Ceres writes to stderr when they
+/// overflow behind a step that it has accepted.
+constexpr double kHuge = 1e100;
+
 /// Writes compressed rows into Ceres's buffers.
 void hand_over(const CompressedRows& rows, double* residuals, double* jacobian) {
   Eigen::Map<Eigen::VectorXd>(residuals, rows.residuals.size()) = rows.residuals;
@@ -36,14 +40,25 @@ PredictorCost::PredictorCost(const ResidualFunction& function, Handover handover
   set_num_residuals(static_cast<int>(handover == Handover::full ? function.sample_count() : unknowns + 1));
 }
 
+bool PredictorCost::overflows(const Eigen::VectorXd& p, double sum_of_squares) const {
+  if (sum_of_squares <= kHuge) return false;
+  NormalEquations sums(function_.unknown_count() + 1);
+  return !function_.accumulate(p, sums);
+}
+
 bool PredictorCost::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   const Index unknowns = function_.unknown_count();
   const Eigen::VectorXd p = Eigen::Map<const Eigen::VectorXd>(parameters[0], unknowns);
   double* jacobian = jacobians == nullptr ? nullptr : jacobians[0];
   if (handover_ == Handover::full) {
-    return jacobian == nullptr ? function_.residuals(p, residuals) : function_.jacobian(p, residuals, jacobian);
+    if (jacobian != nullptr) return function_.jacobian(p, residuals, jacobian);
+    if (!function_.residuals(p, residuals)) return false;
+    return !overflows(p, Eigen::Map<const Eigen::VectorXd>(residuals, num_residuals()).squaredNorm());
   }
-  if (jacobian == nullptr) return hand_over_cost(function_.sum_of_squares(p), residuals, unknowns + 1);
+  if (jacobian == nullptr) {
+    const double sum = function_.sum_of_squares(p);
+    return !overflows(p, sum) && hand_over_cost(sum, residuals, unknowns + 1);
+  }
   if (handover_ == Handover::triangle) {
     QrTriangle sums(unknowns + 1);
     if (!function_.accumulate(p, sums)) return false;

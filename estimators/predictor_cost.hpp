@@ -19,7 +19,8 @@ enum class Handover {
 
 /// r(p) of a residual function as one parameter block of P = unknown_count() numbers.
 ///
-/// Evaluate() returns false for residuals that are not finite, so that Levenberg-Marquardt rejects the step.
+/// Evaluate() returns false for residuals that are not finite, so that Levenberg-Marquardt rejects the step; for huge
+/// ones also where derivatives are not.
 /// Without a Jacobian the compressed residuals are [sqrt(r'r), 0, ..., 0].
 class PredictorCost final : public ceres::CostFunction {
  public:
@@ -28,6 +29,9 @@ class PredictorCost final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
  private:
+  /// Whether derivatives behind so large a sum are not finite.
+  bool overflows(const Eigen::VectorXd& p, double sum_of_squares) const;
+
   const ResidualFunction& function_;
   Handover handover_;
 };

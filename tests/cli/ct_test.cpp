@@ -372,6 +372,36 @@ TEST_F(CtFilters, RefusesAColumnOfTimesForASampleTime) {
   }
 }
 
+TEST_F(CtFilters, LeaveOutCoefficientsToo) {
+  // The position of the servo: an integrator behind v.
+  const Eigen::VectorXd u = problems::two_tones(2000, kSampleTime);
+  write("position.csv", u, problems::servo_response(u, kSampleTime).position_mm);
+  for (const char* method : {"srivc", "flbf", "svf"}) {
+    SCOPED_TRACE(method);
+    const ProgramRun run = ct({"--orders", "1,3", "--hold", "zoh", "--method", method, "--without", "a0", "--without",
+                               "b1", "--json", "ct.json", "-o", "model.json"},
+                              "position.csv");
+    ASSERT_EQ(run.code, 0) << run.err;
+    const json result = json_file(folder_ / "ct.json");
+    ASSERT_EQ(result["coefficients"].size(), 3U);
+    EXPECT_EQ(result["numerator"].size(), 1U);
+    EXPECT_EQ(result["denominator"][0], 0.0);
+    EXPECT_EQ(result["poles"][0]["real"], 0.0);
+    EXPECT_TRUE(result["dc_gain"].is_null());
+    EXPECT_FALSE(result["stable"].get<bool>());
+    EXPECT_TRUE(result["excitation"]["enough"].get<bool>());
+    // srivc is exact; of the others the output's hold is an error, of two tones below 2 % of the sampling frequency.
+    EXPECT_NEAR(result["denominator"][1].get<double>(), 400.0, method == std::string("srivc") ? 1e-3 : 2.0);
+    EXPECT_NEAR(result["denominator"][2].get<double>(), 20.0, method == std::string("srivc") ? 1e-4 : 0.1);
+    EXPECT_LT(result["train"]["nrmse"].get<double>(), 1e-2);
+    const ProgramRun simulation = run_program({"simulate", "model.json", "position.csv", "--input", "u", "--output",
+                                               "v", "--initial-state", "estimated", "--json", "simulation.json"},
+                                              folder_.path());
+    ASSERT_EQ(simulation.code, 0) << simulation.err;
+    EXPECT_LT(json_file(folder_ / "simulation.json")["metrics"]["nrmse"].get<double>(), 1e-2);
+  }
+}
+
 TEST_F(CtFilters, RefusesOptionsOfOtherMethods) {
   const auto refused = [&](const std::vector<std::string>& more, const std::string& words) {
     const ProgramRun run = ct(more);
@@ -385,8 +415,8 @@ TEST_F(CtFilters, RefusesOptionsOfOtherMethods) {
   refused({"--orders", "1,2", "--no-relocate"}, "--no-relocate: " + filters_only + ", only to flbf, svf and srivc");
   refused({"--orders", "1,2", "--refit", "--without", "b1"}, "--refit: estimates all coefficients");
   refused({"--orders", "1,2", "--max-iterations", "9"}, "--max-iterations: " + filters_only);
-  refused({"--orders", "1,2", "--method", "flbf", "--without", "b1"},
-          "--without: does not belong to --method flbf, only to goodwin and tustin");
+  refused({"--orders", "1,2", "--method", "flbf", "--without", "b7"}, "--without b7: expected one of a1, a0, b1, b0");
+  refused({"--orders", "0,2", "--method", "svf", "--without", "b0"}, "at least one coefficient of the numerator");
   refused({"--orders", "1,2", "--method", "svf", "--max-delay", "2000"}, "--max-delay 2000: expected less than");
   refused({"--orders", "1,2", "--method", "srivc", "--iv"}, "srivc refines instrumental variables itself");
   refused({"--orders", "3,2", "--method", "flbf"}, "expected NB,NA with 0 <= NB <= NA");

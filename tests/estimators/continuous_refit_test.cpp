@@ -115,6 +115,34 @@ TEST(ContinuousRefit, BridgesGapsAndTakesModelsInPowersOfS) {
   EXPECT_NEAR(refitted.report.rmse, 0.01, 3.0 * 0.01 / std::sqrt(1800.0));
 }
 
+TEST(ContinuousRefit, FindsAStableSystemFromAnUnstableStart) {
+  const ContinuousTransferFunction system = system_of(2);
+  const Record record = measured(system, Hold::first_order);
+  // The fast pole at -73 rad/s goes to +200: a simulation grows by e^2 a sample, e^2000 over the record.
+  ContinuousTransferFunction start = system;
+  start.denominator = Vector3d(0.3, -0.8, -1.1);
+  ASSERT_GT(poles(start).real().maxCoeff(), 1.0);
+  const ContinuousRefit refitted = refit(start, record, Hold::first_order, estimated_start());
+  EXPECT_EQ(refitted.report.status, FitStatus::converged);
+  EXPECT_TRUE(is_stable(refitted.transfer_function));
+  EXPECT_NEAR(refitted.report.rmse, 0.01, 3.0 * 0.01 / std::sqrt(2000.0));
+}
+
+TEST(ContinuousRefit, KeepsAnUnstableSystemUnstable) {
+  // (s + 1)(s + 2) - 2 (s + 2) = (s - 1)(s + 2) over 3 s: a factor e^3 = 20.
+  const ContinuousTransferFunction system{localising_basis(Eigen::Vector2d(1.0, 2.0), 1), Eigen::Vector2d(-2.0, 0.0),
+                                          Eigen::Vector2d(1.0, 0.5)};
+  const ContinuousRefit refitted =
+      refit(system, measured(system, Hold::first_order, 300), Hold::first_order, estimated_start());
+  EXPECT_NEAR(refitted.report.rmse, 0.01, 3.0 * 0.01 / std::sqrt(600.0));
+  Index place = 0;
+  const double pole = poles(refitted.transfer_function).real().maxCoeff(&place);
+  EXPECT_GT(pole, 0.0);
+  // Outside 4.5 deviations lies 7e-6 of a normal distribution.
+  EXPECT_NEAR(pole, 1.0, 4.5 * refitted.pole_deviations.real[place]);
+  EXPECT_LT(refitted.pole_deviations.real[place], 0.5);
+}
+
 TEST(ContinuousRefitErrors, AreNamed) {
   const ContinuousRational block(1, 2, {kSampleTime, Hold::first_order});
   EXPECT_THAT(BLOCKID_MESSAGE(transfer_function_of(block, VectorXd::Zero(3))),

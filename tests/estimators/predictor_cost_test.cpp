@@ -1,5 +1,7 @@
 #include <blockid/estimators/predictor_cost.hpp>
 
+#include <blockid/blocks/rational.hpp>
+
 #include "estimators/dense_twin.hpp"
 #include "estimators/systems.hpp"
 
@@ -10,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -152,6 +155,28 @@ std::string name_of(const ::testing::TestParamInfo<Handover>& instance) {
       return "triangle";
   }
   return {};
+}
+
+TEST_P(PredictorCostTest, RefusesCostsWhoseDerivativesOverflow) {
+  // y of the order of g^t: with g = 2.42 after 400 samples g^798 = 1e306, and t g^(t-1) squared is beyond all numbers.
+  // A step there must not be taken for a finite cost: Ceres writes to stderr when derivatives fail behind it.
+  const AnyBlock pole = Rational(0, 1);
+  Record record;
+  record.u = Eigen::VectorXd::Unit(400, 0);
+  record.y = Eigen::VectorXd::Zero(400);
+  const DataSet data(record);
+  const Predictor predictor(pole, data, {});
+  const PredictorCost cost(predictor, GetParam());
+  std::vector<double> residuals(static_cast<std::size_t>(cost.num_residuals()));
+  const auto evaluated = [&](double pole_place) {
+    const Eigen::Vector2d p(1.0, -pole_place);
+    const double* parameters[] = {p.data()};
+    return cost.Evaluate(parameters, residuals.data(), nullptr);
+  };
+  EXPECT_TRUE(std::isfinite(predictor.sum_of_squares(Eigen::Vector2d(1.0, -2.42))));
+  EXPECT_FALSE(evaluated(2.42));
+  EXPECT_TRUE(evaluated(2.0));
+  EXPECT_TRUE(evaluated(0.5));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PredictorCostTest,

@@ -13,6 +13,8 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <string>
+#include <vector>
 
 namespace blockid {
 namespace {
@@ -123,6 +125,32 @@ TEST(Trends, discretisation_errors_fall_with_the_sample_time_and_with_its_square
     EXPECT_LE(goodwin, 2.0);
     EXPECT_GE(tustin, 3.95);
     EXPECT_LE(tustin, 4.05);
+  }
+}
+
+TEST(Trends, discretisation_errors_have_all_digits_of_the_prototype) {
+  struct Row {
+    TrendScheme scheme;
+    double sample_time_s;
+    Errors printed;
+    Errors half_digit;
+  };
+  const TrendScheme goodwin = TrendScheme::goodwin;
+  const TrendScheme tustin = TrendScheme::tustin;
+  const std::vector<Row> rows = {{goodwin, 4e-3, {21.2, 0.16, 2.3}, {0.05, 0.005, 0.05}},
+                                 {tustin, 4e-3, {0.317, 0.052, 0.007}, {8e-4, 5e-4, 5e-4}},
+                                 {goodwin, 2e-3, {11.3, 0.036, 0.50}, {0.05, 5e-4, 5e-3}},
+                                 {tustin, 2e-3, {0.080, 0.013, 0.0014}, {5e-4, 5e-4, 5e-5}},
+                                 {goodwin, 1e-3, {5.84, 0.009, 0.09}, {5e-3, 5e-4, 5e-3}},
+                                 {tustin, 1e-3, {0.0200, 0.0033, 0.0003}, {5e-5, 5e-5, 5e-5}},
+                                 {goodwin, 0.5e-3, {2.96, 0.002, 0.0015}, {5e-3, 5e-4, 5e-5}},
+                                 {tustin, 0.5e-3, {0.0050, 0.0008, 7e-5}, {5e-5, 5e-5, 5e-6}}};
+  for (const Row& row : rows) {
+    SCOPED_TRACE((row.scheme == goodwin ? "goodwin " : "tustin ") + std::to_string(1e3 * row.sample_time_s) + " ms");
+    const Errors found = two_tone_errors(row.scheme, row.sample_time_s);
+    EXPECT_NEAR(found.xi, row.printed.xi, row.half_digit.xi);
+    EXPECT_NEAR(found.w0, row.printed.w0, row.half_digit.w0);
+    EXPECT_NEAR(found.gain, row.printed.gain, row.half_digit.gain);
   }
 }
 
