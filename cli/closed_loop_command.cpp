@@ -1,21 +1,21 @@
 #include <blockid/cli/closed_loop_outcome.hpp>
+#include <blockid/cli/closed_loop_records.hpp>
 #include <blockid/cli/commands.hpp>
 #include <blockid/cli/exit_codes.hpp>
-#include <blockid/cli/load_data.hpp>
 #include <blockid/cli/outputs.hpp>
 #include <blockid/cli/report_fit.hpp>
 #include <blockid/cli/text_table.hpp>
 #include <blockid/cli/transfer_function.hpp>
 
 #include <blockid/data/error.hpp>
-#include <blockid/data/load.hpp>
 #include <blockid/validation/noise_estimate.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <numbers>
-#include <sstream>
+#include <string>
+#include <vector>
 
 namespace blockid::cli {
 namespace {
@@ -24,14 +24,6 @@ using Eigen::VectorXd;
 
 /// Share of max|u| by which u = r - C y may fail before the user is told.
 constexpr double kConsistent = 1e-3;
-
-Range range_of(const char* option, const std::string& text, Index length) {
-  try {
-    return resolve(text.empty() ? Range{} : parse_range(text), length);
-  } catch (const Error& error) {
-    fail(option, " ", text, ": ", error.what());
-  }
-}
 
 /// The systems with the sample time of those that come from files.
 struct Systems {
@@ -58,126 +50,128 @@ Systems systems_of(const ClosedLoopCommand& command) {
   return result;
 }
 
-/// Input, output and reference (empty when there is none) of a part of the data, less the operating point.
-struct LoopRecord {
-  VectorXd u;
-  VectorXd y;
-  VectorXd r;
-};
-
-/// NAME, or GAIN*NAME.
-VectorXd reference_of(const ClosedLoopCommand& command) {
-  const std::string& text = *command.reference;
-  const std::size_t star = text.find('*');
-  double gain = 1.0;
-  if (star != std::string::npos) {
-    std::istringstream stream(text.substr(0, star));
-    stream.imbue(std::locale::classic());
-    if (!(stream >> gain) || !(stream >> std::ws).eof()) {
-      fail("--reference ", text, ": expected NAME or GAIN*NAME with a number for GAIN");
-    }
-  }
-  const std::string name = star == std::string::npos ? text : text.substr(star + 1);
-  return gain * thinned(load_column(command.data.file, name), command.data.every);
-}
-
-VectorXd less_rest(const VectorXd& x, Index rest) {
-  if (rest == 0 || x.size() == 0) return x;
-  return x.array() - x.head(std::min(rest, x.size())).mean();
-}
-
-LoopRecord cut(const Record& whole, const VectorXd& reference, const Range& range, Index rest) {
-  const Record part = slice(whole, range);
-  if (!part.y.allFinite() || (part.weights.size() > 0 && !(part.weights.array() > 0.0).all())) {
-    fail("closed-loop: expected an output without missing samples, since v needs them all");
-  }
-  LoopRecord record{less_rest(part.u, rest), less_rest(part.y, rest), {}};
-  if (reference.size() > 0) {
-    if (reference.size() != whole.u.size()) {
-      fail("--reference: expected ", whole.u.size(), " samples as in the input, got ", reference.size());
-    }
-    record.r = less_rest(reference.segment(range.begin, range.end - range.begin), rest);
-  }
-  return record;
-}
-
-void set_noise(ClosedLoopOutcome& outcome, const ClosedLoopCommand& command, const UncertainLoop& loop,
-               const Record& whole) {
-  if (command.gamma) {
-    outcome.noise_bound = *command.gamma;
-    outcome.noise_source = "as given";
+void set_noise(ClosedLoopExperiment& one, const LoopExperiment& given, const ClosedLoopCommand& command,
+               const UncertainLoop& loop) {
+  if (given.gamma) {
+    one.noise_bound = *given.gamma;
+    one.noise_source = "as given";
     return;
   }
-  if (command.quiet_run.empty()) {
-    outcome.noise_source = "none was given: w is taken as exact up to rounding";
+  if (!given.quiet) {
+    one.noise_source = "none was given: w is taken as exact up to rounding";
     return;
   }
-  const LoopRecord quiet =
-      cut(whole, {}, range_of("--quiet-run", command.quiet_run, sample_count(whole)), command.rest);
-  const NoiseEstimate noise = noise_from_quiet_run(loop, quiet.u, quiet.y, command.safety);
-  outcome.noise_bound = noise.gamma;
-  outcome.noise_source = number(command.safety) + " times the largest of the quiet run, samples " + command.quiet_run;
+  one.noise_bound = noise_from_quiet_run(loop, given.quiet->u, given.quiet->y, command.safety).gamma;
+  one.noise_source = number(command.safety) + " times the largest of the quiet run, samples " + given.quiet_range;
 }
 
-void check_reference(ClosedLoopOutcome& outcome, const LoopRecord& record) {
+/// In front of a message about one experiment of several.
+std::string prefix(const ClosedLoopOutcome& outcome, const ClosedLoopExperiment& one) {
+  return outcome.experiments.size() < 2 ? "" : one.source + ", samples " + one.range + ": ";
+}
+
+void check_reference(ClosedLoopOutcome& outcome, ClosedLoopExperiment& one, const LoopRecord& record) {
   if (record.r.size() == 0) return;
-  outcome.reference =
+  one.reference =
       ReferenceCheck{reference_error(outcome.controller, record.u, record.y, record.r), record.u.cwiseAbs().maxCoeff()};
-  if (outcome.reference->error <= kConsistent * outcome.reference->largest) return;
-  outcome.warnings.push_back("u differs from r - C y by up to " +
-                             number(100.0 * outcome.reference->error / outcome.reference->largest, 3) +
+  if (one.reference->error <= kConsistent * one.reference->largest) return;
+  outcome.warnings.push_back(prefix(outcome, one) + "u differs from r - C y by up to " +
+                             number(100.0 * one.reference->error / one.reference->largest, 3) +
                              " % of the largest |u|: a saturation, another controller, a state at the start or another "
                              "sampling was at work, and the verdict takes it for the plant's");
 }
 
+void warn_once(ClosedLoopOutcome& outcome, const std::string& text) {
+  if (std::find(outcome.warnings.begin(), outcome.warnings.end(), text) == outcome.warnings.end()) {
+    outcome.warnings.push_back(text);
+  }
+}
+
 void warn_of_notes(ClosedLoopOutcome& outcome) {
-  const auto add = [&](const UncertaintyVerdict& verdict) {
-    for (const VerdictNote& note : verdict.notes) {
-      if (std::find(outcome.warnings.begin(), outcome.warnings.end(), note.text) == outcome.warnings.end()) {
-        outcome.warnings.push_back(note.text);
-      }
+  if (outcome.whole) {
+    for (const VerdictNote& note : outcome.whole->notes) warn_once(outcome, note.text);
+  }
+  for (const ClosedLoopExperiment& one : outcome.experiments) {
+    for (const WindowedVerdict& window : one.windows) {
+      for (const VerdictNote& note : window.window.notes) warn_once(outcome, prefix(outcome, one) + note.text);
     }
-  };
-  if (outcome.whole) add(*outcome.whole);
-  for (const WindowedVerdict& window : outcome.windows) add(window.window);
+  }
+}
+
+/// The first samples of each experiment, with its noise bound in units of the largest.
+std::vector<UncertaintyWindow> windows_of(const ClosedLoopOutcome& outcome, Index longest) {
+  std::vector<UncertaintyWindow> windows;
+  for (const ClosedLoopExperiment& one : outcome.experiments) {
+    const Index samples = std::min<Index>(one.signals.v.size(), longest);
+    VectorXd shape;
+    if (outcome.noise_bound() > 0.0) {
+      shape = VectorXd::Constant(one.signals.v.size(), one.noise_bound / outcome.noise_bound());
+    }
+    windows.push_back(cut_window(one.signals.v, one.signals.w, 0, samples, 0, shape));
+  }
+  return windows;
+}
+
+/// max |w - h * v| of each experiment, h of the Delta that was found for all of them.
+void set_remainders(ClosedLoopOutcome& outcome) {
+  const VectorXd& h = outcome.whole->h;
+  for (ClosedLoopExperiment& one : outcome.experiments) {
+    const DiscreteTransferFunction fir{h, VectorXd::Ones(1)};
+    one.noise_left = (one.signals.w - filter(fir, one.signals.v)).cwiseAbs().maxCoeff();
+  }
+}
+
+void judge_whole(ClosedLoopOutcome& outcome, const ClosedLoopCommand& command, const VerdictOptions& options) {
+  for (const ClosedLoopExperiment& one : outcome.experiments) {
+    const Index samples = one.signals.v.size();
+    if (samples <= command.longest) continue;
+    fail(prefix(outcome, one), "closed-loop: ", samples, " samples are more than --longest ", command.longest,
+         " in one test; cut them with --range, judge them by --window N, or raise --longest");
+  }
+  outcome.whole = judge_uncertainty(windows_of(outcome, command.longest), outcome.noise_bound(), options);
+  set_remainders(outcome);
+}
+
+void judge_windows(ClosedLoopOutcome& outcome, const ClosedLoopCommand& command, const VerdictOptions& options) {
+  WindowPlan plan;
+  plan.count = command.window;
+  plan.step = command.step > 0 ? command.step : std::max<Index>(1, command.window / 2);
+  plan.past = command.past;
+  plan.longest = command.longest;
+  for (ClosedLoopExperiment& one : outcome.experiments) {
+    one.windows = windowed_test(one.signals.v, one.signals.w, one.noise_bound, plan, options);
+  }
 }
 
 void run_tests(ClosedLoopOutcome& outcome, const ClosedLoopCommand& command) {
-  const UncertaintySignals& signals = outcome.signals;
-  const Index samples = signals.v.size();
   VerdictOptions options;
   options.memory = outcome.memory;
   options.programme.max_iterations = command.max_iterations;
   if (command.window > 0) {
-    WindowPlan plan;
-    plan.count = command.window;
-    plan.step = command.step > 0 ? command.step : std::max<Index>(1, command.window / 2);
-    plan.past = command.past;
-    plan.longest = command.longest;
-    outcome.windows = windowed_test(signals.v, signals.w, outcome.noise_bound, plan, options);
+    judge_windows(outcome, command, options);
   } else {
-    if (samples > command.longest) {
-      fail("closed-loop: ", samples, " samples are more than --longest ", command.longest,
-           " in one test; cut them with --range, judge them by --window N, or raise --longest");
-    }
-    outcome.whole = judge_uncertainty(cut_window(signals.v, signals.w, 0, samples, 0), outcome.noise_bound, options);
+    judge_whole(outcome, command, options);
   }
-  const Index first_part = std::min<Index>(samples, command.longest);
-  if (command.curve) {
-    outcome.curve = trade_off_curve(uncertainty_programme(cut_window(signals.v, signals.w, 0, first_part, 0)));
-  }
+  if (command.curve) outcome.curve = trade_off_curve(uncertainty_programme(windows_of(outcome, command.longest)));
 }
 
-void add_bands(ClosedLoopOutcome& outcome, const ClosedLoopCommand& command) {
+void add_bands(ClosedLoopExperiment& one, const ClosedLoopCommand& command) {
   if (command.bands < 1) return;
   // Two decades up to a little below the Nyquist frequency, as far down as the record resolves.
-  const Index samples = std::min<Index>(outcome.signals.v.size(), command.longest);
+  const Index samples = std::min<Index>(one.signals.v.size(), command.longest);
   const Index length = std::max<Index>(1, samples / 5);
   const double highest = 0.95 * std::numbers::pi;
   const double lowest = std::max(0.01 * highest, 2.0 * std::numbers::pi / static_cast<double>(length));
   const VectorXd omegas = VectorXd::LinSpaced(command.bands, std::log(lowest), std::log(highest)).array().exp();
-  outcome.bands = band_bounds(outcome.signals.v.head(samples), outcome.signals.w.head(samples), omegas, length,
-                              outcome.noise_bound);
+  one.bands = band_bounds(one.signals.v.head(samples), one.signals.w.head(samples), omegas, length, one.noise_bound);
+}
+
+/// One Delta for all, each with its own noise: none may be exact while another is not.
+void check_noise(const ClosedLoopOutcome& outcome) {
+  for (const ClosedLoopExperiment& one : outcome.experiments) {
+    if (one.noise_bound > 0.0 || outcome.noise_bound() == 0.0) continue;
+    fail(prefix(outcome, one), "expected a noise bound above 0, as another experiment has, got 0");
+  }
 }
 
 int exit_code(Verdict verdict) {
@@ -201,25 +195,24 @@ int run_closed_loop(const ClosedLoopCommand& command) {
   check(loop);
   check_outputs({command.json, command.report});
   if (!command.report.empty()) announce_missing_gnuplot(std::cerr);
-  const LoadedRecord loaded = load(command.data, systems.sample_time_s);
-  const Record& whole = loaded.record;
-  const VectorXd reference = command.reference ? reference_of(command) : VectorXd();
-  const Range range = range_of("--range", command.range, sample_count(whole));
-  const LoopRecord record = cut(whole, reference, range, command.rest);
+  const std::vector<LoopExperiment> given = loop_experiments(command, systems.sample_time_s);
 
-  ClosedLoopOutcome outcome{.source = command.data.file,
-                            .range = blockid::to_text(range),
-                            .sample_time_s = whole.sample_time_s,
+  ClosedLoopOutcome outcome{.sample_time_s = given.front().sample_time_s,
                             .plant = systems.plant,
                             .controller = systems.controller,
                             .weight = systems.weight};
-  outcome.warnings = loaded.warnings;
-  outcome.signals = uncertainty_signals(loop, record.u, record.y);
   outcome.memory = command.memory >= 0 ? command.memory : uncertainty_memory(loop);
-  check_reference(outcome, record);
-  set_noise(outcome, command, loop, whole);
+  for (const LoopExperiment& one : given) outcome.experiments.push_back({.source = one.source, .range = one.range});
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    ClosedLoopExperiment& one = outcome.experiments[i];
+    for (const std::string& warning : given[i].warnings) warn_once(outcome, warning);
+    one.signals = uncertainty_signals(loop, given[i].record.u, given[i].record.y);
+    check_reference(outcome, one, given[i].record);
+    set_noise(one, given[i], command, loop);
+    add_bands(one, command);
+  }
+  check_noise(outcome);
   run_tests(outcome, command);
-  add_bands(outcome, command);
   warn_of_notes(outcome);
 
   for (const std::string& warning : outcome.warnings) std::cerr << "blockid: " << warning << '\n';

@@ -13,30 +13,37 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Align = TextTable::Align;
 
+std::vector<WindowedVerdict> all_windows(const ClosedLoopOutcome& outcome) {
+  std::vector<WindowedVerdict> all;
+  for (const ClosedLoopExperiment& one : outcome.experiments) {
+    all.insert(all.end(), one.windows.begin(), one.windows.end());
+  }
+  return all;
+}
+
 std::vector<Verdict> verdicts(const ClosedLoopOutcome& outcome) {
   std::vector<Verdict> all;
   if (outcome.whole) all.push_back(outcome.whole->verdict);
-  for (const WindowedVerdict& window : outcome.windows) {
+  for (const WindowedVerdict& window : all_windows(outcome)) {
     all.push_back(window.window.verdict);
     if (window.record) all.push_back(window.record->verdict);
   }
   return all;
 }
 
-int count(const ClosedLoopOutcome& outcome, Verdict verdict) {
-  return static_cast<int>(std::count_if(outcome.windows.begin(), outcome.windows.end(),
-                                        [&](const WindowedVerdict& w) { return w.window.verdict == verdict; }));
+Index count(const std::vector<WindowedVerdict>& windows, Verdict verdict) {
+  return std::count_if(windows.begin(), windows.end(),
+                       [&](const WindowedVerdict& w) { return w.window.verdict == verdict; });
 }
 
 /// Records up to a window's end that contradict the model.
-int records_invalidated(const ClosedLoopOutcome& outcome) {
-  return static_cast<int>(std::count_if(outcome.windows.begin(), outcome.windows.end(), [](const WindowedVerdict& w) {
-    return w.record && w.record->verdict == Verdict::invalidated;
-  }));
+Index records_invalidated(const std::vector<WindowedVerdict>& windows) {
+  return std::count_if(windows.begin(), windows.end(),
+                       [](const WindowedVerdict& w) { return w.record && w.record->verdict == Verdict::invalidated; });
 }
 
-void print_windows(std::ostream& stream, const ClosedLoopOutcome& outcome) {
-  if (outcome.windows.empty()) return;
+void print_windows(std::ostream& stream, const ClosedLoopExperiment& one) {
+  if (one.windows.empty()) return;
   TextTable table{{{"from sample"},
                    {"past"},
                    {"window", Align::left},
@@ -44,7 +51,7 @@ void print_windows(std::ostream& stream, const ClosedLoopOutcome& outcome) {
                    {"noise proven"},
                    {"record to its end", Align::left}},
                   {}};
-  for (const WindowedVerdict& w : outcome.windows) {
+  for (const WindowedVerdict& w : one.windows) {
     table.rows.push_back({std::to_string(w.first), std::to_string(w.past), to_text(w.window.verdict),
                           number(w.window.noise_needed, 4), number(w.window.noise_proven, 4),
                           w.record ? to_text(w.record->verdict) : "-"});
@@ -64,10 +71,10 @@ void print_curve(std::ostream& stream, const TradeOffCurve& curve) {
   stream << '\n';
 }
 
-void print_bands(std::ostream& stream, const ClosedLoopOutcome& outcome) {
-  if (outcome.bands.empty()) return;
+void print_bands(std::ostream& stream, const ClosedLoopOutcome& outcome, const ClosedLoopExperiment& one) {
+  if (one.bands.empty()) return;
   TextTable table{{{"rad/sample"}, {"|Delta| at least"}, {"mean of the band"}, {"spread"}, {"|V| at least"}}, {}};
-  for (const BandBound& band : outcome.bands) {
+  for (const BandBound& band : one.bands) {
     table.rows.push_back({number(band.omega, 4), number(band.gain, 4), number(band.mean_omega, 4),
                           number(band.spread_omega, 3),
                           number(band.gain * magnitude(outcome.weight, band.mean_omega), 4)});
@@ -102,7 +109,103 @@ Json json_of(const TradeOffCurve& curve) {
   return result;
 }
 
+void print_signals(std::ostream& stream, const ClosedLoopExperiment& one, Index memory) {
+  stream << "v, w        largest " << number(one.signals.v.cwiseAbs().maxCoeff(), 4) << " and "
+         << number(one.signals.w.cwiseAbs().maxCoeff(), 4) << "; memory " << memory << " samples\n"
+         << "noise       " << number(one.noise_bound, 4) << ", " << one.noise_source << '\n';
+  if (one.reference) {
+    stream << "u = r - C y to within " << number(one.reference->error, 3) << " of a largest |u| of "
+           << number(one.reference->largest, 4) << '\n';
+  }
+}
+
+std::string sampling_text(const ClosedLoopOutcome& outcome) {
+  return "sampled every " + number(outcome.sample_time_s) + " s";
+}
+
+std::string name_of(const ClosedLoopExperiment& one) { return one.source + ", samples " + one.range; }
+
+Json reference_json(const ReferenceCheck& reference) {
+  return {{"error", finite_or_null(reference.error)}, {"largest_input", finite_or_null(reference.largest)}};
+}
+
+Json json_of(const ClosedLoopExperiment& one) {
+  Json result = {{"data", one.source},
+                 {"range", one.range},
+                 {"samples", one.signals.v.size()},
+                 {"noise_bound", finite_or_null(one.noise_bound)},
+                 {"noise_source", one.noise_source},
+                 {"noise_left", finite_or_null(one.noise_left)},
+                 {"largest_v", finite_or_null(one.signals.v.cwiseAbs().maxCoeff())},
+                 {"largest_w", finite_or_null(one.signals.w.cwiseAbs().maxCoeff())}};
+  if (one.reference) result["reference_check"] = reference_json(*one.reference);
+  return result;
+}
+
+/// The values of all experiments between ", ", each once.
+template <class F>
+std::string joined(const ClosedLoopOutcome& outcome, F&& text_of) {
+  std::vector<std::string> all;
+  for (const ClosedLoopExperiment& one : outcome.experiments) {
+    const std::string text = text_of(one);
+    if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
+  }
+  std::string result;
+  for (const std::string& text : all) result += (result.empty() ? "" : ", ") + text;
+  return result;
+}
+
+template <class F>
+double largest(const ClosedLoopOutcome& outcome, F&& value_of) {
+  double result = 0.0;
+  for (const ClosedLoopExperiment& one : outcome.experiments) result = std::max(result, value_of(one));
+  return result;
+}
+
+/// The one that is worst in units of its input; none without references.
+const ReferenceCheck* worst_reference(const ClosedLoopOutcome& outcome) {
+  const ReferenceCheck* worst = nullptr;
+  for (const ClosedLoopExperiment& one : outcome.experiments) {
+    if (!one.reference) continue;
+    if (!worst || one.reference->error * worst->largest > worst->error * one.reference->largest) {
+      worst = &*one.reference;
+    }
+  }
+  return worst;
+}
+
+Json windows_json(const ClosedLoopOutcome& outcome) {
+  Json windows = Json::array();
+  for (std::size_t i = 0; i < outcome.experiments.size(); ++i) {
+    for (const WindowedVerdict& w : outcome.experiments[i].windows) {
+      Json entry = {{"experiment", i}, {"first", w.first}, {"past", w.past}, {"window", json_of(w.window)}};
+      entry["record"] = w.record ? json_of(*w.record) : Json(nullptr);
+      windows.push_back(entry);
+    }
+  }
+  return windows;
+}
+
+Json bands_json(const ClosedLoopOutcome& outcome) {
+  Json bands = Json::array();
+  for (std::size_t i = 0; i < outcome.experiments.size(); ++i) {
+    for (const BandBound& band : outcome.experiments[i].bands) {
+      bands.push_back({{"experiment", i},
+                       {"omega", band.omega},
+                       {"gain", finite_or_null(band.gain)},
+                       {"mean_omega", finite_or_null(band.mean_omega)},
+                       {"spread_omega", finite_or_null(band.spread_omega)},
+                       {"weight_needed", finite_or_null(band.gain * magnitude(outcome.weight, band.mean_omega))}});
+    }
+  }
+  return bands;
+}
+
 }  // namespace
+
+double ClosedLoopOutcome::noise_bound() const {
+  return largest(*this, [](const ClosedLoopExperiment& one) { return one.noise_bound; });
+}
 
 Verdict ClosedLoopOutcome::verdict() const {
   const std::vector<Verdict> all = verdicts(*this);
@@ -114,72 +217,63 @@ Verdict ClosedLoopOutcome::verdict() const {
 
 std::string evidence_text(const ClosedLoopOutcome& outcome) {
   if (outcome.whole) return outcome.whole->evidence;
-  return std::to_string(count(outcome, Verdict::invalidated)) + " of " + std::to_string(outcome.windows.size()) +
-         " windows invalidated, " + std::to_string(count(outcome, Verdict::undecided)) + " undecided; " +
-         std::to_string(records_invalidated(outcome)) + " records from the start to a window's end invalidated";
+  const std::vector<WindowedVerdict> windows = all_windows(outcome);
+  return std::to_string(count(windows, Verdict::invalidated)) + " of " + std::to_string(windows.size()) +
+         " windows invalidated, " + std::to_string(count(windows, Verdict::undecided)) + " undecided; " +
+         std::to_string(records_invalidated(windows)) + " records from the start to a window's end invalidated";
 }
 
 void print_closed_loop(std::ostream& stream, const ClosedLoopOutcome& outcome) {
-  stream << outcome.source << ", samples " << outcome.range << ", sampled every " << number(outcome.sample_time_s)
-         << " s\n"
+  const bool one = outcome.experiments.size() == 1;
+  const std::string title =
+      one ? name_of(outcome.experiments.front()) : std::to_string(outcome.experiments.size()) + " experiments";
+  stream << title << ", " << sampling_text(outcome) << '\n'
          << "plant       " << to_text(outcome.plant) << '\n'
          << "controller  " << to_text(outcome.controller) << '\n'
-         << "weight      " << to_text(outcome.weight) << '\n'
-         << "v, w        largest " << number(outcome.signals.v.cwiseAbs().maxCoeff(), 4) << " and "
-         << number(outcome.signals.w.cwiseAbs().maxCoeff(), 4) << "; memory " << outcome.memory << " samples\n"
-         << "noise       " << number(outcome.noise_bound, 4) << ", " << outcome.noise_source << '\n';
-  if (outcome.reference) {
-    stream << "u = r - C y to within " << number(outcome.reference->error, 3) << " of a largest |u| of "
-           << number(outcome.reference->largest, 4) << '\n';
+         << "weight      " << to_text(outcome.weight) << '\n';
+  for (const ClosedLoopExperiment& experiment : outcome.experiments) {
+    if (!one) stream << name_of(experiment) << '\n';
+    print_signals(stream, experiment, outcome.memory);
+    if (!one && outcome.whole) stream << "left        " << number(experiment.noise_left, 4) << '\n';
   }
   stream << "verdict     " << to_text(outcome.verdict()) << '\n' << evidence_text(outcome) << '\n';
-  print_windows(stream, outcome);
   if (outcome.curve) print_curve(stream, *outcome.curve);
-  print_bands(stream, outcome);
+  for (const ClosedLoopExperiment& experiment : outcome.experiments) {
+    if (!one && !(experiment.windows.empty() && experiment.bands.empty())) stream << name_of(experiment) << '\n';
+    print_windows(stream, experiment);
+    print_bands(stream, outcome, experiment);
+  }
 }
 
 nlohmann::ordered_json closed_loop_json(const ClosedLoopOutcome& outcome) {
-  Json result = {{"format", "blockid-closed-loop"},
-                 {"version", BLOCKID_VERSION},
-                 {"data", outcome.source},
-                 {"range", outcome.range},
-                 {"sample_time_s", outcome.sample_time_s},
-                 {"plant", to_text(outcome.plant)},
-                 {"controller", to_text(outcome.controller)},
-                 {"weight", to_text(outcome.weight)},
-                 {"verdict", to_text(outcome.verdict())},
-                 {"evidence", evidence_text(outcome)},
-                 {"noise_bound", finite_or_null(outcome.noise_bound)},
-                 {"noise_source", outcome.noise_source},
-                 {"memory", outcome.memory},
-                 {"largest_v", finite_or_null(outcome.signals.v.cwiseAbs().maxCoeff())},
-                 {"largest_w", finite_or_null(outcome.signals.w.cwiseAbs().maxCoeff())}};
-  if (outcome.reference) {
-    result["reference_check"] = {{"error", finite_or_null(outcome.reference->error)},
-                                 {"largest_input", finite_or_null(outcome.reference->largest)}};
-  }
+  Json experiments = Json::array();
+  for (const ClosedLoopExperiment& one : outcome.experiments) experiments.push_back(json_of(one));
+  Json result = {
+      {"format", "blockid-closed-loop"},
+      {"version", BLOCKID_VERSION},
+      {"data", joined(outcome, [](const ClosedLoopExperiment& one) { return one.source; })},
+      {"range", joined(outcome, [](const ClosedLoopExperiment& one) { return one.range; })},
+      {"sample_time_s", outcome.sample_time_s},
+      {"plant", to_text(outcome.plant)},
+      {"controller", to_text(outcome.controller)},
+      {"weight", to_text(outcome.weight)},
+      {"verdict", to_text(outcome.verdict())},
+      {"evidence", evidence_text(outcome)},
+      {"noise_bound", finite_or_null(outcome.noise_bound())},
+      {"noise_source", joined(outcome, [](const ClosedLoopExperiment& one) { return one.noise_source; })},
+      {"memory", outcome.memory},
+      {"largest_v", finite_or_null(largest(
+                        outcome, [](const ClosedLoopExperiment& one) { return one.signals.v.cwiseAbs().maxCoeff(); }))},
+      {"largest_w", finite_or_null(largest(outcome, [](const ClosedLoopExperiment& one) {
+         return one.signals.w.cwiseAbs().maxCoeff();
+       }))}};
+  if (const ReferenceCheck* reference = worst_reference(outcome))
+    result["reference_check"] = reference_json(*reference);
+  result["experiments"] = experiments;
   if (outcome.whole) result["whole"] = json_of(*outcome.whole);
-  if (!outcome.windows.empty()) {
-    Json windows = Json::array();
-    for (const WindowedVerdict& w : outcome.windows) {
-      Json entry = {{"first", w.first}, {"past", w.past}, {"window", json_of(w.window)}};
-      entry["record"] = w.record ? json_of(*w.record) : Json(nullptr);
-      windows.push_back(entry);
-    }
-    result["windows"] = windows;
-  }
+  if (const Json windows = windows_json(outcome); !windows.empty()) result["windows"] = windows;
   if (outcome.curve) result["curve"] = json_of(*outcome.curve);
-  if (!outcome.bands.empty()) {
-    Json bands = Json::array();
-    for (const BandBound& band : outcome.bands) {
-      bands.push_back({{"omega", band.omega},
-                       {"gain", finite_or_null(band.gain)},
-                       {"mean_omega", finite_or_null(band.mean_omega)},
-                       {"spread_omega", finite_or_null(band.spread_omega)},
-                       {"weight_needed", finite_or_null(band.gain * magnitude(outcome.weight, band.mean_omega))}});
-    }
-    result["bands"] = bands;
-  }
+  if (const Json bands = bands_json(outcome); !bands.empty()) result["bands"] = bands;
   result["warnings"] = outcome.warnings;
   return result;
 }

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <iosfwd>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,26 +23,36 @@ struct ReferenceCheck {
   double largest = 0.0;  ///< max |u|
 };
 
-struct ClosedLoopOutcome {
+/// One record of the loop.
+struct ClosedLoopExperiment {
   std::string source = {};
   std::string range = {};
-  double sample_time_s = 1.0;
-  DiscreteTransferFunction plant = {};
-  DiscreteTransferFunction controller = {};
-  DiscreteTransferFunction weight = {};
   UncertaintySignals signals = {};
   std::optional<ReferenceCheck> reference = std::nullopt;
   double noise_bound = 0.0;
   /// Where the noise bound came from, in words.
   std::string noise_source = {};
-  Eigen::Index memory = 0;
-  /// Of the record as a whole; none when it was judged window by window.
-  std::optional<UncertaintyVerdict> whole = std::nullopt;
+  /// max |w - Delta v| of the Delta that was found for all experiments; NaN when they were judged window by window.
+  double noise_left = std::numeric_limits<double>::quiet_NaN();
   std::vector<WindowedVerdict> windows = {};
-  std::optional<TradeOffCurve> curve = std::nullopt;
   std::vector<BandBound> bands = {};
+};
+
+struct ClosedLoopOutcome {
+  double sample_time_s = 1.0;
+  DiscreteTransferFunction plant = {};
+  DiscreteTransferFunction controller = {};
+  DiscreteTransferFunction weight = {};
+  Eigen::Index memory = 0;
+  std::vector<ClosedLoopExperiment> experiments = {};
+  /// Of all records, each as a whole, with one Delta; none when they were judged window by window.
+  std::optional<UncertaintyVerdict> whole = std::nullopt;
+  /// Over the largest of the noise bounds, the others in proportion.
+  std::optional<TradeOffCurve> curve = std::nullopt;
   std::vector<std::string> warnings = {};
 
+  /// The largest of the experiments'.
+  double noise_bound() const;
   /// Invalidated when one of the tests says so; otherwise undecided when one is.
   Verdict verdict() const;
 };

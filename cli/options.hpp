@@ -101,21 +101,26 @@ struct ValidateCommand {
 };
 
 struct ClosedLoopCommand {
+  /// data.file is not used.
   DataOptions data;
+  /// One experiment each.
+  std::vector<std::string> files;
   /// Files or coefficients, see transfer_function.hpp.
   std::string plant;
   std::string controller;
   std::string weight;
   std::optional<std::string> reference;
-  /// Samples of the experiment, which begins at rest; empty: all.
-  std::string range;
+  /// Samples of the experiments, which begin at rest: one for all files, one each, or several experiments of one file;
+  /// empty: all.
+  std::vector<std::string> ranges;
   /// Samples at the start whose mean is the operating point; 0: none.
   std::int64_t rest = 0;
   /// Where poles on or outside the unit circle are moved to in the coprime factors.
   double factor_pole = 0.9;
-  std::optional<double> gamma;
-  /// Samples without a reference, for the noise bound; empty: none.
-  std::string quiet_run;
+  /// One for all experiments, or one each.
+  std::vector<double> gamma;
+  /// Samples without a reference, for the noise bound, one for all experiments or one each; empty: none.
+  std::vector<std::string> quiet_runs;
   double safety = 1.2;
   /// Samples of a window; 0: the record as a whole.
   std::int64_t window = 0;

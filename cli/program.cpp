@@ -30,10 +30,11 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<T>
 /// Which signals a command needs.
 enum class Signals { input_and_output, input, none };
 
-void add_data_options(CLI::App& app, DataOptions& data, Signals signals, const std::string& sampling_default) {
+constexpr const char* kDataFormats = "CSV (or columns separated by ; tab or blanks) or MAT v4, v5, v7, v7.3";
+
+/// All of DataOptions but the file.
+void add_signal_options(CLI::App& app, DataOptions& data, Signals signals, const std::string& sampling_default) {
   const std::string group = "Data";
-  app.add_option("DATA", data.file, "data file: CSV (or columns separated by ; tab or blanks) or MAT v4, v5, v7, v7.3")
-      ->required();
   CLI::Option* const input_option =
       app.add_option("--input", data.input,
                      "input signal: CSV column name or 1-based number; MAT variable, struct.field, name[k]")
@@ -79,6 +80,11 @@ void add_data_options(CLI::App& app, DataOptions& data, Signals signals, const s
   app.add_option("--output-unit", data.output_unit, "unit of the output, for reports (default: none)")
       ->type_name("TEXT")
       ->group(group);
+}
+
+void add_data_options(CLI::App& app, DataOptions& data, Signals signals, const std::string& sampling_default) {
+  app.add_option("DATA", data.file, std::string("data file: ") + kDataFormats)->required();
+  add_signal_options(app, data, signals, sampling_default);
 }
 
 void add_ranges(CLI::App& app, RangeOptions& ranges) {
@@ -497,7 +503,10 @@ void add_closed_loop(CLI::App& program, ClosedLoopCommand& command) {
       "whether a closed-loop record contradicts a model with bounded uncertainty; exit code 0 not invalidated, 5 "
       "invalidated, 6 undecided");
   app.footer(kExitCodesText);
-  add_data_options(app, command.data, Signals::input_and_output, "");
+  app.add_option("DATA", command.files,
+                 std::string("data files, one experiment each, with the same signal names: ") + kDataFormats)
+      ->required();
+  add_signal_options(app, command.data, Signals::input_and_output, "");
   const std::string loop = "Loop (u = r - C y; each a model FILE.json or \"b0,b1,... / a0,a1,...\" in powers of q^-1)";
   app.add_option("--plant", command.plant, "model of the plant")->type_name("SYSTEM")->required()->group(loop);
   app.add_option("--controller", command.controller, "the controller C of the experiment")
@@ -516,7 +525,9 @@ void add_closed_loop(CLI::App& program, ClosedLoopCommand& command) {
                  "signal r, or a gain times it, to check that u = r - C y holds in the record (default: not checked)")
       ->type_name("NAME|GAIN*NAME")
       ->group("Data");
-  app.add_option("--range", command.range, "samples of the experiment; it begins at rest (default: all)")
+  add_repeated(app, "--range", command.ranges,
+               "samples of the experiment, which begins at rest; repeatable: one for each file, or several experiments "
+               "of one file (default: all)")
       ->type_name("A:B")
       ->group("Data");
   app.add_option("--rest", command.rest,
@@ -526,13 +537,16 @@ void add_closed_loop(CLI::App& program, ClosedLoopCommand& command) {
       ->group("Data");
   const std::string noise = "Noise";
   CLI::Option* const gamma =
-      app.add_option("--gamma", command.gamma, "largest |delta| that the noise leaves in w (default: none, w is exact)")
+      add_repeated(app, "--gamma", command.gamma,
+                   "largest |delta| that the noise leaves in w; repeatable or separated by commas: one for each "
+                   "experiment (default: none, w is exact)")
+          ->delimiter(',')
           ->type_name("G")
           ->check(CLI::NonNegativeNumber)
           ->group(noise);
-  app.add_option("--quiet-run", command.quiet_run,
-                 "samples of DATA without a reference, from rest: the noise bound is --safety times the largest |w| "
-                 "there")
+  add_repeated(app, "--quiet-run", command.quiet_runs,
+               "samples of DATA without a reference, from rest: the noise bound is --safety times the largest |w| "
+               "there; repeatable: one for each experiment")
       ->type_name("A:B")
       ->excludes(gamma)
       ->group(noise);

@@ -19,33 +19,38 @@ VectorXd vector(const std::vector<double>& values) {
   return Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size()));
 }
 
-Figure signals_figure(const ClosedLoopOutcome& outcome) {
-  Figure figure{.id = "signals",
+/// "" for the first experiment, "-2" for the second.
+std::string suffix(std::size_t place) { return place == 0 ? "" : "-" + std::to_string(place + 1); }
+
+Figure signals_figure(const ClosedLoopOutcome& outcome, std::size_t place) {
+  const ClosedLoopExperiment& one = outcome.experiments[place];
+  Figure figure{.id = "signals" + suffix(place),
                 .title = "The signals v and w that the uncertainty connects",
                 .caption = "w = Delta v + delta: w is what the model's loop does not explain. Dotted: the noise bound.",
                 .script = {},
                 .height = 320};
-  const Index n = outcome.signals.v.size();
+  const Index n = one.signals.v.size();
   const VectorXd t = VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)) * outcome.sample_time_s;
-  figure.script = kFigureStyles + data_block("d", {t, outcome.signals.v, outcome.signals.w}) +
-                  "gamma = " + number(outcome.noise_bound, 8) +
+  figure.script = kFigureStyles + data_block("d", {t, one.signals.v, one.signals.w}) +
+                  "gamma = " + number(one.noise_bound, 8) +
                   "\nset xlabel 'time [s]'\nplot $d using 1:2 with lines ls 1 title 'v', $d using 1:3 with lines ls 3 "
                   "title 'w', gamma with lines ls 4 title 'noise bound', -gamma with lines ls 4 notitle\n";
   return figure;
 }
 
-Figure windows_figure(const ClosedLoopOutcome& outcome) {
+Figure windows_figure(const ClosedLoopOutcome& outcome, std::size_t place) {
+  const ClosedLoopExperiment& one = outcome.experiments[place];
   std::vector<double> first;
   std::vector<double> needed;
   std::vector<double> proven;
   std::vector<double> of_record;
-  for (const WindowedVerdict& w : outcome.windows) {
+  for (const WindowedVerdict& w : one.windows) {
     first.push_back(static_cast<double>(w.first));
     needed.push_back(w.window.noise_needed);
     proven.push_back(w.window.noise_proven);
     of_record.push_back(w.record ? w.record->noise_proven : std::nan(""));
   }
-  Figure figure{.id = "windows",
+  Figure figure{.id = "windows" + suffix(place),
                 .title = "Noise that the uncertainty does not explain, window by window",
                 .caption =
                     "Above the noise bound (dashed) the proven noise invalidates. The noise needed is that of a "
@@ -54,7 +59,7 @@ Figure windows_figure(const ClosedLoopOutcome& outcome) {
                 .height = 320};
   figure.script =
       kFigureStyles + data_block("d", {vector(first), vector(needed), vector(proven), vector(of_record)}) +
-      "gamma = " + number(outcome.noise_bound, 8) +
+      "gamma = " + number(one.noise_bound, 8) +
       "\nset xlabel 'first sample of the window'\nset ylabel 'noise'\nplot $d using 1:2 with linespoints ls "
       "1 pt 6 title 'needed', $d using 1:3 with linespoints ls 3 pt 7 title 'proven', $d using 1:4 with "
       "linespoints ls 2 pt 4 title 'proven by the record so far', gamma with lines ls 4 title 'bound'\n";
@@ -92,11 +97,11 @@ Figure curve_figure(const TradeOffCurve& curve, double noise_bound) {
   return figure;
 }
 
-Figure bands_figure(const ClosedLoopOutcome& outcome) {
+Figure bands_figure(const ClosedLoopOutcome& outcome, std::size_t place) {
   std::vector<double> mean;
   std::vector<double> needed;
   std::vector<double> spread;
-  for (const BandBound& band : outcome.bands) {
+  for (const BandBound& band : outcome.experiments[place].bands) {
     mean.push_back(band.mean_omega);
     spread.push_back(band.spread_omega);
     needed.push_back(band.gain * magnitude(outcome.weight, band.mean_omega));
@@ -104,7 +109,7 @@ Figure bands_figure(const ClosedLoopOutcome& outcome) {
   constexpr Index kPoints = 200;
   const VectorXd omega = VectorXd::LinSpaced(kPoints, std::log(1e-2), std::log(std::numbers::pi)).array().exp();
   const VectorXd weight = omega.unaryExpr([&](double w) { return magnitude(outcome.weight, w); });
-  Figure figure{.id = "bands",
+  Figure figure{.id = "bands" + suffix(place),
                 .title = "The weight and what it must at least be",
                 .caption =
                     "Points: |V| times a lower bound of |Delta|, an average over the band that the horizontal "
@@ -119,9 +124,9 @@ Figure bands_figure(const ClosedLoopOutcome& outcome) {
   return figure;
 }
 
-void add_windows(HtmlPage& page, const ClosedLoopOutcome& outcome) {
+void add_windows(HtmlPage& page, const ClosedLoopExperiment& one) {
   std::vector<std::vector<std::string>> rows;
-  for (const WindowedVerdict& w : outcome.windows) {
+  for (const WindowedVerdict& w : one.windows) {
     rows.push_back({std::to_string(w.first), std::to_string(w.past), to_text(w.window.verdict),
                     number(w.window.noise_needed, 4), number(w.window.noise_proven, 4),
                     w.record ? to_text(w.record->verdict) : "-"});
@@ -129,12 +134,36 @@ void add_windows(HtmlPage& page, const ClosedLoopOutcome& outcome) {
   page.table({"from sample", "past", "window", "noise needed", "noise proven", "record to its end"}, rows);
 }
 
+void add_experiment(HtmlPage& page, const ClosedLoopOutcome& outcome, std::size_t place, bool gnuplot) {
+  const ClosedLoopExperiment& one = outcome.experiments[place];
+  if (outcome.experiments.size() > 1) page.heading(one.source + ", samples " + one.range);
+  page.paragraph("Noise bound " + number(one.noise_bound, 5) + " (" + one.noise_source +
+                 "). An invalidation is one of model, uncertainty, controller and noise bound together.");
+  if (outcome.whole && outcome.experiments.size() > 1) {
+    page.paragraph("The Delta that was found for all experiments leaves " + number(one.noise_left, 5) + " here.");
+  }
+  if (one.reference) {
+    page.paragraph("u = r - C y holds to within " + number(one.reference->error, 3) + "; the largest |u| is " +
+                   number(one.reference->largest, 4) + ".");
+  }
+  add_figure(page, signals_figure(outcome, place), gnuplot);
+  if (!one.windows.empty()) {
+    add_windows(page, one);
+    add_figure(page, windows_figure(outcome, place), gnuplot);
+  }
+  if (!one.bands.empty()) add_figure(page, bands_figure(outcome, place), gnuplot);
+}
+
 }  // namespace
 
 std::string closed_loop_report(const ClosedLoopOutcome& outcome) {
   HtmlPage page("Closed-loop validation of a model with its uncertainty");
   const bool gnuplot = gnuplot_is_there();
-  page.paragraph(outcome.source + ", samples " + outcome.range + ", sampled every " + number(outcome.sample_time_s) +
+  std::string title;
+  for (const ClosedLoopExperiment& one : outcome.experiments) {
+    title += (title.empty() ? "" : "; ") + one.source + ", samples " + one.range;
+  }
+  page.paragraph(title + ", sampled every " + number(outcome.sample_time_s) +
                  " s. The uncertainty is a stable Delta of gain one at most behind the weight V.");
   page.code("plant       " + to_text(outcome.plant) + "\ncontroller  " + to_text(outcome.controller) +
             "\nweight V    " + to_text(outcome.weight));
@@ -142,19 +171,8 @@ std::string closed_loop_report(const ClosedLoopOutcome& outcome) {
   for (const std::string& warning : outcome.warnings) page.warning(warning);
   page.heading("Verdict: " + to_text(outcome.verdict()));
   page.paragraph(evidence_text(outcome) + ".");
-  page.paragraph("Noise bound " + number(outcome.noise_bound, 5) + " (" + outcome.noise_source +
-                 "). An invalidation is one of model, uncertainty, controller and noise bound together.");
-  if (outcome.reference) {
-    page.paragraph("u = r - C y holds to within " + number(outcome.reference->error, 3) + "; the largest |u| is " +
-                   number(outcome.reference->largest, 4) + ".");
-  }
-  add_figure(page, signals_figure(outcome), gnuplot);
-  if (!outcome.windows.empty()) {
-    add_windows(page, outcome);
-    add_figure(page, windows_figure(outcome), gnuplot);
-  }
-  if (outcome.curve) add_figure(page, curve_figure(*outcome.curve, outcome.noise_bound), gnuplot);
-  if (!outcome.bands.empty()) add_figure(page, bands_figure(outcome), gnuplot);
+  if (outcome.curve) add_figure(page, curve_figure(*outcome.curve, outcome.noise_bound()), gnuplot);
+  for (std::size_t i = 0; i < outcome.experiments.size(); ++i) add_experiment(page, outcome, i, gnuplot);
   return page.text();
 }
 

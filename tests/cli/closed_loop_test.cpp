@@ -70,16 +70,42 @@ class ClosedLoopCommand : public ::testing::Test {
     return simulate_closed_loop(system_of(loop_.plant()), system_of(loop_.controller()), r, d);
   }
 
+  /// u, y, r of another reference and disturbance, from rest, with the noise `scale` times as large.
+  void write_experiment(const std::string& name, Index samples, std::uint32_t seed, double scale) const {
+    const VectorXd d = scale * 1e-3 * problems::crowder_reference(samples, seed + 100).cwiseMin(2.0).cwiseMax(-2.0);
+    const VectorXd r = problems::crowder_reference(samples, seed);
+    const ClosedLoopRecord record = simulate(r, d);
+    Table table;
+    table.has_header = true;
+    table.names = {"u", "y", "r"};
+    table.values.resize(samples, 3);
+    table.values << record.u, record.y, r;
+    write_file_atomically(folder_ / name, to_csv(table));
+  }
+
   ProgramRun run(const std::vector<std::string>& more, double k = CrowderCallafon::kCovers,
                  const std::string& file = "loop.csv", const std::string& plant = "") const {
-    std::vector<std::string> arguments = {"closed-loop",   file,
-                                          "--input",       "u",
-                                          "--output",      "y",
-                                          "--sample-time", "0.1",
-                                          "--plant",       plant.empty() ? text_of(loop_.model()) : plant,
-                                          "--controller",  text_of(loop_.controller()),
-                                          "--weight",      text_of(loop_.weight(k)),
-                                          "--factor-pole", compose(loop_.pole())};
+    return run_on({file}, more, k, plant);
+  }
+
+  ProgramRun run_on(const std::vector<std::string>& files, const std::vector<std::string>& more,
+                    double k = CrowderCallafon::kCovers, const std::string& plant = "") const {
+    std::vector<std::string> arguments = {"closed-loop",
+                                          "--input",
+                                          "u",
+                                          "--output",
+                                          "y",
+                                          "--sample-time",
+                                          "0.1",
+                                          "--plant",
+                                          plant.empty() ? text_of(loop_.model()) : plant,
+                                          "--controller",
+                                          text_of(loop_.controller()),
+                                          "--weight",
+                                          text_of(loop_.weight(k)),
+                                          "--factor-pole",
+                                          compose(loop_.pole())};
+    arguments.insert(arguments.begin() + 1, files.begin(), files.end());
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_program(arguments, folder_.path());
   }
@@ -190,6 +216,122 @@ TEST_F(ClosedLoopCommand, PlantFromAModelFile) {
   // Ten digits of the text.
   EXPECT_NEAR(json_file(folder_ / "file.json")["largest_w"].get<double>(),
               json_file(folder_ / "text.json")["largest_w"].get<double>(), 1e-8);
+}
+
+class SeveralExperiments : public ClosedLoopCommand {
+ protected:
+  void SetUp() override {
+    ClosedLoopCommand::SetUp();
+    write_experiment("one.csv", 120, 11, 1.0);
+    write_experiment("two.csv", 90, 12, 10.0);
+    write_experiment("three.csv", 60, 13, 1.0);
+  }
+
+  json outcome_of(const std::vector<std::string>& files, std::vector<std::string> more, int code,
+                  double k = CrowderCallafon::kCovers) const {
+    more.insert(more.end(), {"--json", "v.json"});
+    const ProgramRun result = run_on(files, more, k);
+    EXPECT_EQ(result.code, code) << result.out << result.err;
+    return json_file(folder_ / "v.json");
+  }
+};
+
+TEST_F(SeveralExperiments, EachHasItsNoiseBound) {
+  const json both = outcome_of({"one.csv", "two.csv"}, {"--gamma", "0.005", "--gamma", "0.05", "--reference", "r"}, 0);
+  ASSERT_EQ(both["experiments"].size(), 2U);
+  EXPECT_EQ(both["data"], "one.csv, two.csv");
+  const std::vector<double> bounds = {0.005, 0.05};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const json& one = both["experiments"][i];
+    EXPECT_EQ(one["noise_bound"], bounds[i]);
+    EXPECT_EQ(one["samples"], i == 0 ? 120 : 90);
+    EXPECT_LE(one["noise_left"].get<double>(), bounds[i]);
+    EXPECT_LT(one["reference_check"]["error"].get<double>(), 1e-8);
+  }
+  // The largest is the unit of the others: what is needed of it is what the worst of the experiments needs of its own.
+  EXPECT_EQ(both["noise_bound"], 0.05);
+  const double shares = std::max(both["experiments"][0]["noise_left"].get<double>() / 0.005,
+                                 both["experiments"][1]["noise_left"].get<double>() / 0.05);
+  EXPECT_NEAR(both["whole"]["noise_needed"].get<double>() / 0.05, shares, 1e-9);
+  const ProgramRun text = run_on({"one.csv", "two.csv"}, {"--gamma", "0.005,0.05"});
+  EXPECT_EQ(text.code, 0) << text.err;
+  EXPECT_THAT(text.out, AllOf(HasSubstr("2 experiments, sampled every 0.1 s"), HasSubstr("one.csv, samples 0:120"),
+                              HasSubstr("two.csv, samples 0:90"), HasSubstr("noise       0.005, as given"),
+                              HasSubstr("noise       0.05, as given"), HasSubstr("left        ")));
+}
+
+// The same record twice says what it says once; another one says more: gamma*(1) rises, never falls.
+TEST_F(SeveralExperiments, OneDeltaIsAskedToExplainThemAll) {
+  const double k = 0.5 * CrowderCallafon::kTight;
+  const auto proven = [&](const std::vector<std::string>& files) {
+    return outcome_of(files, {"--gamma", "0.001", "--curve"}, 5, k)["curve"]["least_noise"].get<double>();
+  };
+  const double one = proven({"one.csv"});
+  EXPECT_NEAR(proven({"one.csv", "one.csv"}), one, 1e-6 * one);
+  EXPECT_GE(proven({"one.csv", "three.csv"}), one * (1.0 - 1e-6));
+  EXPECT_GE(proven({"three.csv", "one.csv"}), one * (1.0 - 1e-6));
+}
+
+// A noise bound that is true of the quiet experiment and false of the loud one, and the other way round.
+TEST_F(SeveralExperiments, BoundsBelongToTheirExperiment) {
+  const double k = CrowderCallafon::kCovers;
+  outcome_of({"one.csv", "two.csv"}, {"--gamma", "0.005,0.05"}, 0, k);
+  outcome_of({"two.csv", "one.csv"}, {"--gamma", "0.05,0.005"}, 0, k);
+  outcome_of({"two.csv", "one.csv"}, {"--gamma", "0.005,0.05"}, 5, k);
+  // One for all.
+  EXPECT_EQ(outcome_of({"one.csv", "two.csv"}, {"--gamma", "0.05"}, 0, k)["experiments"][0]["noise_bound"], 0.05);
+}
+
+TEST_F(SeveralExperiments, RangesOfOneFile) {
+  const json outcome = outcome_of(
+      {"loop.csv"}, {"--range", "100:260", "--range", "100:180", "--quiet-run", "0:100", "--reference", "r"}, 0);
+  ASSERT_EQ(outcome["experiments"].size(), 2U);
+  EXPECT_EQ(outcome["experiments"][0]["range"], "100:260");
+  EXPECT_EQ(outcome["experiments"][1]["range"], "100:180");
+  EXPECT_EQ(outcome["experiments"][0]["noise_bound"], outcome["experiments"][1]["noise_bound"]);
+  const json alone = outcome_of({"loop.csv"}, {"--range", "100:260", "--quiet-run", "0:100"}, 0);
+  EXPECT_EQ(alone["noise_bound"], outcome["noise_bound"]);
+  EXPECT_EQ(alone["experiments"].size(), 1U);
+}
+
+TEST_F(SeveralExperiments, WindowsBandsAndPicturesOfEach) {
+  const json outcome =
+      outcome_of({"one.csv", "three.csv"},
+                 {"--gamma", "0.005", "--window", "30", "--step", "30", "--bands", "3", "--report", "v.html"}, 0);
+  ASSERT_EQ(outcome["windows"].size(), 6U);
+  EXPECT_EQ(outcome["windows"][3]["experiment"], 0);
+  EXPECT_EQ(outcome["windows"][4]["experiment"], 1);
+  EXPECT_EQ(outcome["windows"][4]["first"], 0);
+  EXPECT_EQ(outcome["windows"][5]["first"], 30);
+  EXPECT_TRUE(outcome["experiments"][0]["noise_left"].is_null());
+  ASSERT_EQ(outcome["bands"].size(), 6U);
+  EXPECT_EQ(outcome["bands"][5]["experiment"], 1);
+  const std::string page = read_file(folder_ / "v.html");
+  for (const char* id : {"signals", "signals-2", "windows", "windows-2", "bands", "bands-2"}) {
+    EXPECT_THAT(page, HasSubstr("<figure id=\"" + std::string(id) + "\">"));
+  }
+}
+
+TEST_F(SeveralExperiments, CountsThatDoNotFitAreRefused) {
+  const auto error = [&](const std::vector<std::string>& files, const std::vector<std::string>& more) {
+    const ProgramRun result = run_on(files, more);
+    EXPECT_EQ(result.code, 1) << result.out;
+    return result.err;
+  };
+  const std::vector<std::string> two = {"one.csv", "two.csv"};
+  EXPECT_THAT(error(two, {"--gamma", "0.1,0.2,0.3"}),
+              HasSubstr("--gamma: expected one for all experiments, or one for each of the 2 experiments, got 3"));
+  EXPECT_THAT(error({"one.csv"}, {"--gamma", "0.1", "--gamma", "0.2"}),
+              HasSubstr("expected one for the one experiment, got 2"));
+  EXPECT_THAT(error(two, {"--range", "0:50", "--range", "0:60", "--range", "0:70"}), HasSubstr("--range: expected"));
+  EXPECT_THAT(error({"one.csv", "two.csv", "three.csv"}, {"--quiet-run", "0:9", "--quiet-run", "0:9"}),
+              HasSubstr("--quiet-run: expected one for all experiments, or one for each of the 3 experiments, got 2"));
+  EXPECT_THAT(error(two, {"--gamma", "0.1,0"}), HasSubstr("two.csv, samples 0:90: expected a noise bound above 0"));
+  EXPECT_THAT(error(two, {"--range", "0:100"}), HasSubstr("two.csv: --range 0:100"));
+  EXPECT_THAT(error({"one.csv", "absent.csv"}, {}), HasSubstr("absent.csv"));
+  const ProgramRun negative = run_on(two, {"--gamma", "-0.1"});
+  EXPECT_NE(negative.code, 0);
+  EXPECT_THAT(negative.err, HasSubstr("--gamma"));
 }
 
 TEST_F(ClosedLoopCommand, BadInputIsRefused) {
