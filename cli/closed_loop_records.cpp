@@ -15,14 +15,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-Range range_of(const char* option, const std::string& text, Index length) {
-  try {
-    return resolve(text.empty() ? Range{} : parse_range(text), length);
-  } catch (const Error& error) {
-    fail(option, " ", text, ": ", error.what());
-  }
-}
-
 /// NAME, or GAIN*NAME.
 VectorXd reference_of(const DataOptions& data, const std::string& text) {
   const std::size_t star = text.find('*');
@@ -121,7 +113,7 @@ std::vector<LoopExperiment> loop_experiments(const ClosedLoopCommand& command, s
     const Record& whole = file.loaded.record;
     experiments.push_back(naming(files, file, [&] {
       const std::string text = value_of("--range", command.ranges, i, count).value_or("");
-      const Range range = range_of("--range", text, sample_count(whole));
+      const Range range = parsed_range("--range", text, sample_count(whole));
       LoopExperiment one{.source = file.data.file,
                          .range = blockid::to_text(range),
                          .sample_time_s = whole.sample_time_s,
@@ -129,7 +121,7 @@ std::vector<LoopExperiment> loop_experiments(const ClosedLoopCommand& command, s
       one.gamma = value_of("--gamma", command.gamma, i, count);
       one.warnings = file.loaded.warnings;
       if (const std::optional<std::string> quiet = value_of("--quiet-run", command.quiet_runs, i, count)) {
-        one.quiet = cut(whole, {}, range_of("--quiet-run", *quiet, sample_count(whole)), command.rest);
+        one.quiet = cut(whole, {}, parsed_range("--quiet-run", *quiet, sample_count(whole)), command.rest);
         one.quiet_range = *quiet;
       }
       return one;

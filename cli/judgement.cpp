@@ -111,6 +111,14 @@ void add_spectrum_hint(Judgement& judgement) {
     judgement.under_fit.push_back("noise level: the residual is " + number(judgement.noise->ratio, 4) +
                                   " times as large as the noise");
   }
+  if (judgement.noise_spectrum && !judgement.noise_spectrum->passed) {
+    const NoiseSpectrumTest& spectrum = *judgement.noise_spectrum;
+    Index band = 0;
+    spectrum.p_values.minCoeff(&band);
+    judgement.under_fit.push_back(
+        "noise spectrum: around " + number(spectrum.frequency_hz[band], 4) + " Hz the residual has " +
+        number(spectrum.residual_density[band] / spectrum.noise_density[band], 4) + " times the power of the noise");
+  }
 }
 
 void warn_of_distance(Judgement& judgement) {
@@ -142,6 +150,11 @@ std::vector<std::vector<std::string>> test_rows(const Judgement& judgement) {
     add("noise level", noise.samples * noise.ratio * noise.ratio, number(noise.samples, 5), noise.p_value,
         noise.passed);
   }
+  if (judgement.noise_spectrum) {
+    const NoiseSpectrumTest& spectrum = *judgement.noise_spectrum;
+    add("noise spectrum", spectrum.statistic, degrees_text(spectrum.degrees_of_freedom), spectrum.p_value,
+        spectrum.passed);
+  }
   return rows;
 }
 
@@ -166,7 +179,8 @@ nlohmann::ordered_json list_json(const Eigen::VectorXd& values) {
 }  // namespace
 
 bool Judgement::passed() const {
-  return tests.model_passed() && (!periodic || periodic->passed) && (!noise || noise->passed);
+  return tests.model_passed() && (!periodic || periodic->passed) && (!noise || noise->passed) &&
+         (!noise_spectrum || noise_spectrum->passed);
 }
 
 std::vector<Index> held_places(const Model& model) {
@@ -237,6 +251,10 @@ Judgement judge(const Model& model, const DataSet& training, const DataSet& test
   const DataSet& data = test.records.empty() ? training : test;
   add_periodic(result, shown, data, settings.significance);
   if (options.noise_deviation) result.noise = noise_level_test(result.tests, *options.noise_deviation);
+  if (options.noise_record.size() > 0) {
+    result.noise_spectrum =
+        noise_spectrum_test(shown, options.noise_record, data.records.front().sample_time_s, settings.significance);
+  }
   const bool both = of_training && !test.records.empty();
   if (both) result.errors = compare_errors(*of_training, result.tests);
   result.under_fit = under_fit_hints(result.tests);
@@ -323,6 +341,20 @@ nlohmann::ordered_json judgement_json(const Judgement& judgement) {
                              {"p_value", finite_or_null(judgement.noise->p_value)},
                              {"passed", judgement.noise->passed}};
   }
+  if (judgement.noise_spectrum) {
+    const NoiseSpectrumTest& spectrum = *judgement.noise_spectrum;
+    result["noise_spectrum"] = {{"segment", spectrum.segment},
+                                {"residual_segments", spectrum.residual_segments},
+                                {"noise_segments", spectrum.noise_segments},
+                                {"statistic", finite_or_null(spectrum.statistic)},
+                                {"degrees_of_freedom", spectrum.degrees_of_freedom},
+                                {"p_value", finite_or_null(spectrum.p_value)},
+                                {"passed", spectrum.passed},
+                                {"frequency_hz", list_json(spectrum.frequency_hz)},
+                                {"residual_density", list_json(spectrum.residual_density)},
+                                {"noise_density", list_json(spectrum.noise_density)},
+                                {"p_values", list_json(spectrum.p_values)}};
+  }
   if (judgement.errors) {
     result["test_over_training"] = {{"ratio", finite_or_null(judgement.errors->ratio)},
                                     {"expected", finite_or_null(judgement.errors->expected)},
@@ -356,6 +388,9 @@ void add_judgement(HtmlPage& page, const Judgement& judgement, const std::string
   for (const Figure& figure : residual_figures(judgement.tests, judgement.set)) add_figure(page, figure, gnuplot);
   if (judgement.periodic) {
     add_figure(page, periodic_error_figure(*judgement.periodic, unit, judgement.set), gnuplot);
+  }
+  if (judgement.noise_spectrum) {
+    add_figure(page, noise_spectrum_figure(*judgement.noise_spectrum, unit, judgement.set), gnuplot);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <blockid/estimators/predictor.hpp>
 #include <blockid/validation/error_spectrum.hpp>
 #include <blockid/validation/fit_hints.hpp>
+#include <blockid/validation/noise_spectrum.hpp>
 #include <blockid/validation/residual_tests.hpp>
 
 #include <nlohmann/json.hpp>
@@ -29,6 +30,8 @@ struct JudgementOptions {
   /// Names of parameters that the training data do not determine.
   std::vector<std::string> undetermined = {};
   std::optional<double> noise_deviation = std::nullopt;
+  /// (M,) samples of the noise alone; empty for none.
+  Eigen::VectorXd noise_record = {};
 };
 
 struct Judgement {
@@ -39,6 +42,7 @@ struct Judgement {
   ResidualTests tests;
   std::optional<PeriodicError> periodic = std::nullopt;
   std::optional<NoiseLevelTest> noise = std::nullopt;
+  std::optional<NoiseSpectrumTest> noise_spectrum = std::nullopt;
   std::optional<ErrorComparison> errors = std::nullopt;
   std::vector<std::string> under_fit = {};
   std::vector<std::string> over_fit = {};

@@ -21,13 +21,7 @@ int sample_times_given(const DataOptions& options) {
 
 std::vector<Range> parsed(const std::vector<std::string>& texts, const char* option, Index length) {
   std::vector<Range> ranges;
-  for (const std::string& text : texts) {
-    try {
-      ranges.push_back(resolve(parse_range(text), length));
-    } catch (const Error& error) {
-      fail(option, " ", text, ": ", error.what());
-    }
-  }
+  for (const std::string& text : texts) ranges.push_back(parsed_range(option, text, length));
   return ranges;
 }
 
@@ -40,6 +34,14 @@ void thin(Record& record, std::int64_t every) {
 bool overlap(const Range& a, const Range& b) { return a.begin < b.end && b.begin < a.end; }
 
 }  // namespace
+
+Range parsed_range(const char* option, const std::string& text, Index length) {
+  try {
+    return resolve(text.empty() ? Range{} : parse_range(text), length);
+  } catch (const Error& error) {
+    fail(option, " ", text, ": ", error.what());
+  }
+}
 
 Eigen::VectorXd thinned(const Eigen::VectorXd& x, std::int64_t every) { return x(Eigen::seq(0, x.size() - 1, every)); }
 

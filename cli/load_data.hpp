@@ -27,6 +27,9 @@ LoadedRecord load(const DataOptions& options, std::optional<double> sample_time_
 /// Samples 0, every, 2 every, ... of x (N,).
 Eigen::VectorXd thinned(const Eigen::VectorXd& x, std::int64_t every);
 
+/// "A:B" resolved in a record of `length` samples; "" for all. Throws Error with the option and the text in front.
+Range parsed_range(const char* option, const std::string& text, Index length);
+
 /// Training and test records with the ranges that cut them out, open ends resolved.
 struct SplitData {
   DataSet train;

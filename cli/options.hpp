@@ -95,6 +95,8 @@ struct ValidateCommand {
   double significance = 0.01;
   /// Standard deviation of the noise, when it is known.
   std::optional<double> noise;
+  /// Where noise alone was recorded: a file, or samples of DATA; empty: nowhere.
+  std::string noise_record;
   std::string json;
   std::string report;
   bool quiet = false;

@@ -238,6 +238,11 @@ void add_validate(CLI::App& program, ValidateCommand& command) {
       ->type_name("S")
       ->check(CLI::PositiveNumber)
       ->group(tests);
+  app.add_option("--noise-record", command.noise_record,
+                 "the output while the input rests, samples of DATA or a file with the same output signal and sample "
+                 "time: the spectrum of the residual is compared with its (default: none)")
+      ->type_name("A:B|FILE")
+      ->group(tests);
   add_file(app, "--json", command.json, "all tests with correlations and bands as JSON");
   add_file(app, "--report", command.report, "self-contained HTML report; its pictures need gnuplot");
   add_quiet(app, command.quiet)->group("Results");

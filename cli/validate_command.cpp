@@ -49,6 +49,35 @@ std::string report(const ValidateCommand& command, const Model& model, const Jud
   return page.text();
 }
 
+bool is_range(const std::string& text) {
+  return text.find(':') != std::string::npos && text.find_first_not_of("0123456789:") == std::string::npos;
+}
+
+/// Samples of the output while the input rests: of the data, or of a file of their own.
+Eigen::VectorXd noise_record_of(const ValidateCommand& command, const LoadedRecord& loaded) {
+  const std::string& text = command.noise_record;
+  if (text.empty()) return {};
+  Record record;
+  if (is_range(text)) {
+    const Range range = parsed_range("--noise-record", text, sample_count(loaded.record));
+    record = slice(loaded.record, range);
+    if (record.u.size() > 0 && record.u.maxCoeff() != record.u.minCoeff()) {
+      fail("--noise-record ", text, ": expected samples where the input rests, it moves between ", record.u.minCoeff(),
+           " and ", record.u.maxCoeff());
+    }
+  } else {
+    DataOptions options = command.data;
+    options.file = text;
+    // Noise has no input: its output stands for both.
+    options.input = *command.data.output;
+    record = load(options, loaded.record.sample_time_s).record;
+  }
+  if (!record.y.allFinite() || (record.weights.size() > 0 && !(record.weights.array() > 0.0).all())) {
+    fail("--noise-record ", text, ": expected noise without missing samples");
+  }
+  return record.y;
+}
+
 }  // namespace
 
 int run_validate(const ValidateCommand& command) {
@@ -63,6 +92,7 @@ int run_validate(const ValidateCommand& command) {
   options.noise_deviation = command.noise;
   const LoadedRecord loaded = load(command.data, model.sample_time_s);
   const SplitData data = ranges_of(command, loaded);
+  options.noise_record = noise_record_of(command, loaded);
   Judgement judgement = judge(model, data.train, data.test, options);
   judgement.warnings.insert(judgement.warnings.begin(), data.warnings.begin(), data.warnings.end());
 

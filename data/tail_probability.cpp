@@ -11,6 +11,11 @@ double chi_square_tail(double x, double degrees_of_freedom) {
   return std::isinf(x) ? 0.0 : Eigen::numext::igammac(0.5 * degrees_of_freedom, 0.5 * x);
 }
 
+double f_tail(double x, double d_1, double d_2) {
+  if (!(x > 0.0)) return std::isnan(x) ? x : 1.0;
+  return std::isinf(x) ? 0.0 : Eigen::numext::betainc(0.5 * d_2, 0.5 * d_1, d_2 / (d_2 + d_1 * x));
+}
+
 double normal_tail(double x) { return 0.5 * std::erfc(x / std::sqrt(2.0)); }
 
 double chi_square_point(double significance, double degrees_of_freedom) {

@@ -8,6 +8,9 @@ namespace blockid {
 /// x with P(X > x) = significance, 0 < significance <= 1: 6.635 for 0.01 and one degree of freedom.
 [[nodiscard]] double chi_square_point(double significance, double degrees_of_freedom);
 
+/// P(X > x) of Fisher's F with d_1, d_2 > 0 degrees of freedom: the ratio of two mean squares.
+[[nodiscard]] double f_tail(double x, double d_1, double d_2);
+
 /// P(X > x) of a standard normal variable.
 [[nodiscard]] double normal_tail(double x);
 

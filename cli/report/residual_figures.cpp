@@ -134,4 +134,21 @@ Figure periodic_error_figure(const PeriodicError& error, const std::string& unit
   return figure;
 }
 
+Figure noise_spectrum_figure(const NoiseSpectrumTest& test, const std::string& unit, const std::string& set) {
+  Figure figure{.id = "noise-spectrum",
+                .title = "Residual beside a record of noise alone, " + set + " data",
+                .caption = "Means over bands; " + std::to_string(test.residual_segments) +
+                           " segments of the residual, " + std::to_string(test.noise_segments) +
+                           " of the noise. What lies above the noise is the model's.",
+                .script = {},
+                .height = 340};
+  const std::string density_unit = unit.empty() ? "1/Hz" : unit + "²/Hz";
+  figure.script = kFigureStyles +
+                  data_block("d", {test.frequency_hz, decibels(test.residual_density), decibels(test.noise_density)}) +
+                  "set xlabel 'frequency [Hz]'\nset ylabel " + quoted("density [dB re " + density_unit + "]") +
+                  "\nplot $d using 1:3 with linespoints ls 4 title 'noise', $d using 1:2 with linespoints ls 3 pt 7 "
+                  "ps 0.6 title 'residual'\n";
+  return figure;
+}
+
 }  // namespace blockid::cli

@@ -157,6 +157,92 @@ TEST_F(ValidateCommand, PeriodicDataShowTheErrorBesideTheNoise) {
   }
 }
 
+/// Noise of another seed under the name of the output, `names` of its two columns.
+void write_noise(const std::filesystem::path& path, const std::vector<std::string>& names, Index samples,
+                 double deviation, std::uint64_t seed) {
+  testing::Noise noise(seed);
+  Table table;
+  table.has_header = true;
+  table.names = names;
+  table.values.resize(samples, 2);
+  table.values.col(0) = noise.white(samples, 1.0);
+  table.values.col(1) = noise.white(samples, deviation).array() + 0.7;
+  write_file_atomically(path, to_csv(table));
+}
+
+TEST_F(ValidateCommand, RecordOfNoiseIsComparedWithTheResidual) {
+  fit("linear.csv");
+  write_noise(folder_ / "noise.csv", {"other", "y"}, 1500, 0.3, 5);
+  write_noise(folder_ / "still.csv", {"other", "y"}, 1500, 0.2, 6);
+  const ProgramRun right = validate(
+      "linear.csv", {"--train", "0:2000", "--noise-record", "noise.csv", "--json", "v.json", "--report", "v.html"});
+  EXPECT_EQ(right.code, 0) << right.out << right.err;
+  EXPECT_THAT(right.out, HasSubstr("noise spectrum"));
+  const json spectrum = json_file(folder_ / "v.json")["noise_spectrum"];
+  EXPECT_TRUE(spectrum["passed"].get<bool>());
+  EXPECT_EQ(spectrum["segment"], 128);
+  EXPECT_EQ(spectrum["noise_segments"], 11);
+  EXPECT_EQ(spectrum["frequency_hz"].size(), 16U);
+  EXPECT_GE(spectrum["p_value"].get<double>(), 0.01);
+  EXPECT_THAT(read_file(folder_ / "v.html"), HasSubstr("<figure id=\"noise-spectrum\">"));
+  // Said to be less than it is: the rest counts as the model's.
+  const ProgramRun less =
+      validate("linear.csv", {"--train", "0:2000", "--noise-record", "still.csv", "--json", "v.json"});
+  EXPECT_EQ(less.code, 5) << less.out;
+  EXPECT_THAT(less.out, AllOf(HasSubstr("contradict the model: noise spectrum"), HasSubstr("times the power")));
+  EXPECT_FALSE(json_file(folder_ / "v.json")["noise_spectrum"]["passed"].get<bool>());
+}
+
+// A record whose input rests for its first 600 samples; the model lacks the square that the rest shows.
+TEST_F(ValidateCommand, NoiseIsRecordedWhereTheInputRests) {
+  testing::Noise noise(7);
+  VectorXd u = noise.coloured(kSamples, 0.5, 1.0);
+  u.head(600).setZero();
+  write_record(folder_ / "resting.csv", u, 0.1, 0.3);
+  fit("square.csv");
+  const ProgramRun result =
+      validate("resting.csv", {"--range", "700:", "--warmup", "50", "--noise-record", "0:600", "--json", "v.json"});
+  EXPECT_EQ(result.code, 5) << result.err;
+  const json spectrum = json_file(folder_ / "v.json")["noise_spectrum"];
+  EXPECT_FALSE(spectrum["passed"].get<bool>());
+  EXPECT_EQ(spectrum["noise_segments"], 9);
+  const auto error = [&](const std::string& record) {
+    const ProgramRun refused = validate("resting.csv", {"--range", "700:", "--noise-record", record});
+    EXPECT_EQ(refused.code, 1) << refused.out;
+    return refused.err;
+  };
+  EXPECT_THAT(error("0:700"), HasSubstr("--noise-record 0:700: expected samples where the input rests"));
+  EXPECT_THAT(error("0:100"), HasSubstr("8 segments of 16 samples without a gap in the residual and in the noise"));
+  EXPECT_THAT(error("0:9999"), HasSubstr("--noise-record 0:9999"));
+  EXPECT_THAT(error("absent.csv"), HasSubstr("absent.csv"));
+  write_noise(folder_ / "nameless.csv", {"a", "b"}, 500, 0.3, 8);
+  EXPECT_THAT(error("nameless.csv"), HasSubstr("nameless.csv"));
+  write_noise(folder_ / "timed.csv", {"t", "y"}, 500, 0.3, 9);
+  const ProgramRun rate = validate("linear.csv", {"--noise-record", "timed.csv", "--rate", "2"});
+  EXPECT_THAT(rate.err, HasSubstr("sampled every 0.5 s, but the model every 1 s"));
+}
+
+// Time stamps of the noise that are not those of the model.
+TEST_F(ValidateCommand, NoiseOfAnotherSampleTimeIsRefused) {
+  fit("linear.csv");
+  const auto write_timed = [&](const std::string& name, double sample_time_s) {
+    testing::Noise noise(10);
+    Table table;
+    table.has_header = true;
+    table.names = {"s", "u", "y"};
+    table.values.resize(1000, 3);
+    table.values.col(0) = sample_time_s * VectorXd::LinSpaced(1000, 0.0, 999.0);
+    table.values.col(1) = noise.white(1000, 1.0);
+    table.values.col(2) = noise.white(1000, 0.3);
+    write_file_atomically(folder_ / name, to_csv(table));
+  };
+  write_timed("data.csv", 1.0);
+  write_timed("slow.csv", 2.0);
+  const ProgramRun result = validate("data.csv", {"--time", "s", "--noise-record", "slow.csv"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("slow.csv"), HasSubstr("2 s"), HasSubstr("1 s")));
+}
+
 TEST_F(ValidateCommand, ModelOfOtherDataIsFarFromTheMinimum) {
   fit("linear.csv");
   const ProgramRun result = validate("square.csv", {"--train", "0:2000"});

@@ -54,5 +54,15 @@ TEST(TailProbability, Ends) {
   EXPECT_EQ(chi_square_tail(std::numeric_limits<double>::infinity(), 3.0), 0.0);
 }
 
+// t^2 of nu degrees is F(1, nu), chi-square / d is F(d, infinity); and a point of the tables.
+TEST(FTail, AgreesWithOtherDistributions) {
+  EXPECT_NEAR(f_tail(4.0, 2.0, 6.0), std::pow(1.0 + 4.0 / 3.0, -3.0), 1e-12);  // (1 + x / nu)^-nu, nu = 3
+  EXPECT_NEAR(f_tail(1.7, 8.0, 1e8), chi_square_tail(1.7 * 8.0, 8.0), 1e-6);
+  EXPECT_NEAR(f_tail(3.325835, 5.0, 10.0), 0.05, 1e-6);
+  EXPECT_NEAR(f_tail(2.0, 7.0, 9.0), 1.0 - f_tail(0.5, 9.0, 7.0), 1e-12);
+  EXPECT_EQ(f_tail(0.0, 3.0, 4.0), 1.0);
+  EXPECT_EQ(f_tail(std::numeric_limits<double>::infinity(), 3.0, 4.0), 0.0);
+}
+
 }  // namespace
 }  // namespace blockid
