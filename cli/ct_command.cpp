@@ -106,6 +106,7 @@ CtOutcome outcome_of(const CtCommand& command) {
                     .test_ranges = data.test_ranges,
                     .train = {},
                     .test = std::nullopt,
+                    .tests = {},
                     .warnings = data.warnings};
   add_excitation(outcome, data.train);
   for (const std::string& warning : outcome.estimate.warnings) outcome.warnings.push_back(warning);
@@ -116,6 +117,7 @@ CtOutcome outcome_of(const CtCommand& command) {
   outcome.train = evaluated(data.train);
   outcome.model.initial_state = outcome.train.records.front().model.initial_state;
   if (!data.test.records.empty()) outcome.test = evaluated(data.test);
+  outcome.tests = judge_simulations(outcome.train, outcome.test);
   return outcome;
 }
 

@@ -49,6 +49,7 @@ void print_ct(std::ostream& stream, const CtOutcome& outcome) {
   print_summary(stream, outcome.estimate.summary);
   stream << "train " << metrics_text(outcome.train.total, model.output_unit) << '\n';
   if (outcome.test) stream << "test  " << metrics_text(outcome.test->total, model.output_unit) << '\n';
+  print_verdict(stream, outcome.tests);
 }
 
 Json ct_json(const CtOutcome& outcome) {
@@ -66,6 +67,7 @@ Json ct_json(const CtOutcome& outcome) {
   for (const auto& [name, value] : estimate.details.items()) result[name] = value;
   result["train"] = scored_json(outcome.train, outcome.train_ranges);
   if (outcome.test) result["test"] = scored_json(*outcome.test, outcome.test_ranges);
+  result["residual_tests"] = tests_json(outcome.tests);
   result["data"] = {{"source", outcome.source},
                     {"input", model.input_name},
                     {"output", model.output_name},

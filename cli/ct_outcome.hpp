@@ -5,6 +5,7 @@
 #include <blockid/blocks/model.hpp>
 #include <blockid/cli/continuous_summary.hpp>
 #include <blockid/cli/evaluation.hpp>
+#include <blockid/cli/judgement.hpp>
 #include <blockid/cli/load_data.hpp>
 #include <blockid/cli/options.hpp>
 #include <blockid/estimators/continuous_model.hpp>
@@ -48,7 +49,8 @@ struct CtOutcome {
   std::vector<Range> test_ranges;
   Evaluation train;
   std::optional<Evaluation> test;
-  std::vector<std::string> warnings;
+  FitJudgement tests = {};
+  std::vector<std::string> warnings = {};
 };
 
 void print_ct(std::ostream& stream, const CtOutcome& outcome);

@@ -68,19 +68,6 @@ Json parameters_json(const FitOutcome& outcome) {
   return list;
 }
 
-/// Without correlations lag by lag, which `validate --json` has.
-Json tests_json(const FitJudgement& tests) {
-  if (!tests.judgement) return {{"problem", tests.problem}};
-  Json result = judgement_json(*tests.judgement);
-  for (Json& test : result["tests"]) {
-    for (const char* key : {"lags", "correlations", "bands"}) test.erase(key);
-  }
-  if (result.contains("error_spectrum")) {
-    for (const char* key : {"frequency_hz", "error_density", "noise_density"}) result["error_spectrum"].erase(key);
-  }
-  return result;
-}
-
 }  // namespace
 
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }

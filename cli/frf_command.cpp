@@ -6,9 +6,11 @@
 #include <blockid/cli/outputs.hpp>
 #include <blockid/cli/report_fit.hpp>
 
+#include <blockid/blocks/gain.hpp>
 #include <blockid/blocks/model_json.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/continuous_chain.hpp>
+#include <blockid/estimators/continuous_fit.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -101,6 +103,18 @@ Model saved_model(const FrfCommand& command, const FrfOutcome& outcome, const Sa
   return model;
 }
 
+/// In steady state where periods are told and none of them is a transient.
+void add_simulation(FrfOutcome& outcome, const FrfCommand& command, Hold hold) {
+  if (outcome.data.records.records.empty()) return;
+  // Scores come from the simulation alone; a chain there is not in every basis.
+  const Model chain = outcome.model ? *outcome.model : make_model(Gain());
+  outcome.simulation = evaluate(chain, outcome.data.records, 0, [&](const Record& record) {
+    const bool periodic = record.period > 0 && command.transient_periods == 0;
+    return simulate(outcome.fit.model, record, {hold, periodic ? InitialState::periodic : InitialState::estimated, 0});
+  });
+  outcome.tests = judge_simulations(*outcome.simulation, std::nullopt);
+}
+
 FrfOutcome outcome_of(const FrfCommand& command) {
   const Degrees degrees = parse_degrees(command.orders);
   const Hold hold = parse_hold(command.hold);
@@ -123,6 +137,7 @@ FrfOutcome outcome_of(const FrfCommand& command) {
   if (outcome.data.sample_time_s && asked) {
     outcome.model = saved_model(command, outcome, {*outcome.data.sample_time_s, hold});
   }
+  add_simulation(outcome, command, hold);
   return outcome;
 }
 

@@ -142,6 +142,8 @@ FrfData from_record(const FrfCommand& command, Hold hold) {
   data.excited = excited_band(parts.train);
   data.excitation = excitation(parts.train);
   warn_of_period(command, parts.train, data.warnings);
+  data.records = parts.train;
+  data.ranges = parts.train_ranges;
   const VectorXcd held = hold_response(hold, lines.response.omega_rad_s, record.sample_time_s);
   data.response.omega_rad_s = lines.response.omega_rad_s;
   data.response.response = lines.response.response.cwiseQuotient(held);

@@ -3,6 +3,7 @@
 
 #include <blockid/cli/continuous_options.hpp>
 #include <blockid/cli/options.hpp>
+#include <blockid/data/data_set.hpp>
 #include <blockid/data/frequency_response.hpp>
 #include <blockid/estimators/excitation.hpp>
 
@@ -22,6 +23,9 @@ struct FrfData {
   std::optional<double> sample_time_s;
   /// Of a record: where its input has its power, rad/s.
   std::optional<FrequencyRange> excited;
+  /// The records of a record's ranges, none of a table.
+  DataSet records;
+  std::vector<Range> ranges;
   /// Of a record: how much its input excites.
   std::optional<Excitation> excitation;
   std::vector<std::string> warnings;

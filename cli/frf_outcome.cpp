@@ -91,6 +91,11 @@ void print_frf(std::ostream& stream, const FrfOutcome& outcome) {
          << ", with columns of unit norm " << number(fit.condition_normalised, 4) << "; rank " << fit.rank << " of "
          << fit.covariance.rows() << "; |A/E| drifts by " << number(fit.drift, 3) << '\n';
   print_summary(stream, outcome.summary);
+  if (!outcome.simulation) return;
+  const Metrics& metrics = outcome.simulation->total;
+  stream << "simulation of the record: RMSE " << number(metrics.rmse) << "  NRMSE " << number(metrics.nrmse) << "  fit "
+         << number(metrics.fit_percent) << " %  R2 " << number(metrics.r2) << '\n';
+  print_verdict(stream, outcome.tests);
 }
 
 Json frf_json(const FrfOutcome& outcome) {
@@ -121,6 +126,10 @@ Json frf_json(const FrfOutcome& outcome) {
                     {"tones", outcome.data.response.response.size()},
                     {"lowest_rad_s", band.low},
                     {"highest_rad_s", band.high}};
+  if (outcome.simulation) {
+    result["train"] = metrics_json(outcome.simulation->total);
+    result["residual_tests"] = tests_json(outcome.tests);
+  }
   if (outcome.data.excitation) {
     result["excitation"] = excitation_json(*outcome.data.excitation, fit.covariance.rows());
   }

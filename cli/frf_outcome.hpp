@@ -3,7 +3,9 @@
 
 #include <blockid/blocks/model.hpp>
 #include <blockid/cli/continuous_summary.hpp>
+#include <blockid/cli/evaluation.hpp>
 #include <blockid/cli/frf_data.hpp>
+#include <blockid/cli/judgement.hpp>
 #include <blockid/estimators/frequency_fit.hpp>
 
 #include <nlohmann/json.hpp>
@@ -27,6 +29,9 @@ struct FrfOutcome {
   double largest_deg = 0.0;
   /// None without a sample time.
   std::optional<Model> model;
+  /// Of the records that the response was measured on; none of a table.
+  std::optional<Evaluation> simulation;
+  FitJudgement tests;
   std::vector<std::string> warnings;
 };
 

@@ -278,6 +278,25 @@ std::string verdict_text(const Judgement& judgement) {
   return "the records contradict the model: " + failed;
 }
 
+FitJudgement judge_simulations(const Evaluation& train, const std::optional<Evaluation>& test) {
+  Judgement judgement;
+  judgement.set = test ? "test" : "training";
+  judgement.parameters = "count as exact";
+  std::vector<ResidualRecord> records;
+  for (const ScoredRecord& scored : (test ? *test : train).records) {
+    if (!scored.yhat.allFinite()) return {std::nullopt, "the simulation is not finite"};
+    records.push_back({scored.record.u, scored.yhat, scored_residual(scored), scored_mask(scored), {}, {}});
+  }
+  try {
+    judgement.tests = residual_tests(records);
+  } catch (const Error& error) {
+    // Too few samples, or a perfect fit.
+    return {std::nullopt, error.what()};
+  }
+  judgement.under_fit = under_fit_hints(judgement.tests);
+  return {std::move(judgement), {}};
+}
+
 void print_judgement(std::ostream& stream, const Judgement& judgement) {
   using Align = TextTable::Align;
   stream << "verdict  " << verdict_text(judgement) << '\n'
@@ -297,6 +316,14 @@ void print_judgement(std::ostream& stream, const Judgement& judgement) {
   }
   for (const std::string& hint : judgement.under_fit) stream << "too little  " << hint << '\n';
   for (const std::string& hint : judgement.over_fit) stream << "too much    " << hint << '\n';
+}
+
+void print_verdict(std::ostream& stream, const FitJudgement& tests) {
+  if (!tests.judgement) {
+    stream << "no residual tests: " << tests.problem << '\n';
+    return;
+  }
+  stream << "residual tests on the " << tests.judgement->set << " data: " << verdict_text(*tests.judgement) << '\n';
 }
 
 nlohmann::ordered_json judgement_json(const Judgement& judgement) {
@@ -363,6 +390,19 @@ nlohmann::ordered_json judgement_json(const Judgement& judgement) {
   result["under_fit"] = judgement.under_fit;
   result["over_fit"] = judgement.over_fit;
   result["warnings"] = judgement.warnings;
+  return result;
+}
+
+nlohmann::ordered_json tests_json(const FitJudgement& tests) {
+  using Json = nlohmann::ordered_json;
+  if (!tests.judgement) return {{"problem", tests.problem}};
+  Json result = judgement_json(*tests.judgement);
+  for (Json& test : result["tests"]) {
+    for (const char* key : {"lags", "correlations", "bands"}) test.erase(key);
+  }
+  if (result.contains("error_spectrum")) {
+    for (const char* key : {"frequency_hz", "error_density", "noise_density"}) result["error_spectrum"].erase(key);
+  }
   return result;
 }
 

@@ -65,6 +65,10 @@ struct FitJudgement {
 /// With what the fit knows of its parameters.
 FitJudgement judge_fit(const FitOutcome& outcome);
 
+/// Simulations of the test data, where there are any, otherwise of the training data; the parameters count as exact, so
+/// that what they owe to the training data makes the tests pass a little more often there.
+FitJudgement judge_simulations(const Evaluation& train, const std::optional<Evaluation>& test);
+
 /// Places of parameters that a saved model's estimator did not move: gauges and those without a standard deviation.
 std::vector<Index> held_places(const Model& model);
 
@@ -72,7 +76,11 @@ std::vector<Index> held_places(const Model& model);
 std::string verdict_text(const Judgement& judgement);
 
 void print_judgement(std::ostream& stream, const Judgement& judgement);
+/// One line.
+void print_verdict(std::ostream& stream, const FitJudgement& tests);
 nlohmann::ordered_json judgement_json(const Judgement& judgement);
+/// Without correlations lag by lag, which `validate --json` has; or the `problem` that there was.
+nlohmann::ordered_json tests_json(const FitJudgement& tests);
 
 /// Heading, tables, hints and pictures.
 void add_judgement(HtmlPage& page, const Judgement& judgement, const std::string& unit, bool gnuplot);

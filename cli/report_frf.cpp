@@ -5,10 +5,12 @@
 #include <blockid/cli/report/html.hpp>
 #include <blockid/cli/report/script.hpp>
 #include <blockid/cli/report_continuous.hpp>
+#include <blockid/cli/report_evaluation.hpp>
 #include <blockid/cli/text_table.hpp>
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace blockid::cli {
 namespace {
@@ -74,6 +76,13 @@ std::string frf_report(const FrfOutcome& outcome) {
                number(fit.condition, 4), number(fit.condition_normalised, 4),
                std::to_string(fit.rank) + " of " + std::to_string(fit.covariance.rows()), number(fit.drift, 4)}});
 
+  std::optional<Shown> shown;
+  if (outcome.simulation) {
+    add_metrics_table(page, *outcome.simulation, std::nullopt, outcome.simulation->records.front().record.output_unit);
+    shown = shown_record(*outcome.simulation, outcome.data.ranges, std::nullopt, {});
+    add_simulation(page, *shown, gnuplot);
+  }
+
   page.heading("Frequency response");
   add_continuous_figures(page, fit.model, known_covariance(fit), band,
                          {.response = data_points(outcome.data.response),
@@ -82,6 +91,7 @@ std::string frf_report(const FrfOutcome& outcome) {
                           .size = kPointSize},
                          gnuplot);
   add_figure(page, difference_figure(outcome), gnuplot);
+  if (shown) add_residuals(page, *shown, gnuplot);
   add_summary(page, outcome.summary);
   return page.text();
 }

@@ -82,6 +82,16 @@ ContinuousRefit refit_from(const ContinuousTransferFunction& start, const DataSe
   return result;
 }
 
+/// A start whose error is larger than that of the other fit by this factor is not worth a search: its simulation
+/// explodes.
+constexpr double kHopeless = 1e3;
+
+double rmse_of_start(const ContinuousTransferFunction& start, const DataSet& data, Hold hold, RefitOptions options) {
+  options.max_iterations = 0;
+  options.covariance = false;
+  return refit_from(start, data, hold, options).report.initial_rmse;
+}
+
 bool is_better(const RefitReport& report, const RefitReport& other) {
   if (!std::isfinite(other.rmse)) return std::isfinite(report.rmse);
   return report.rmse < other.rmse;
@@ -97,6 +107,7 @@ ContinuousRefit refit(const ContinuousTransferFunction& start, const DataSet& da
   mirrored.denominator = detail::mirrored_denominator(start.basis, start.denominator);
   ContinuousRefit stable = refit_from(mirrored, data, hold, options);
   if (stable.report.status == FitStatus::cancelled) return stable;
+  if (!(rmse_of_start(start, data, hold, options) <= kHopeless * stable.report.rmse)) return stable;
   ContinuousRefit as_given = refit_from(start, data, hold, options);
   return is_better(as_given.report, stable.report) ? as_given : stable;
 }

@@ -28,7 +28,8 @@ struct ContinuousRefit {
 /// argmin over a and b (and initial states on request) of sum_t r_t^2, r_t = w_t (y_t - yhat_t), by refit(): gaps and
 /// weights are taken as they are. The chain is that of as_model(). A start that is not stable, whose simulation
 /// explodes and tells little, is tried beside the one with its poles mirrored into the left half plane; the better fit
-/// is kept.
+/// is kept. Where it begins with more than a thousand times the error that the latter ends with it is not searched
+/// from.
 ///
 /// The block with a spline hold looks hold_latency() samples ahead and twice that far back: where it would see beyond
 /// an end of a record the output does not count. Throws Error for what refit() refuses.

@@ -222,6 +222,14 @@ void add_covariance(RefitReport& report, const DataSet& data, const RefitOptions
   }
 }
 
+/// Ceres writes to stderr when they do at its start.
+bool derivatives_overflow(const Predictor& predictor, const Eigen::VectorXd& p, double rmse) {
+  constexpr double kHuge = 1e50;
+  if (rmse <= kHuge) return false;
+  NormalEquations sums(predictor.unknown_count() + 1);
+  return !predictor.accumulate(p, sums);
+}
+
 }  // namespace
 
 std::string to_text(FitStatus status) {
@@ -261,6 +269,11 @@ RefitReport refit(const Model& start, const DataSet& data, const RefitOptions& o
   report.rmse = report.initial_rmse;
   if (!std::isfinite(report.initial_rmse)) {
     report.message = "the start does not give finite predictions";
+    report.wall_seconds = seconds_since(began);
+    return report;
+  }
+  if (derivatives_overflow(predictor, p, report.initial_rmse)) {
+    report.message = "the start does not give finite derivatives";
     report.wall_seconds = seconds_since(began);
     return report;
   }

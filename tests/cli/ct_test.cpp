@@ -372,6 +372,25 @@ TEST_F(CtFilters, RefusesAColumnOfTimesForASampleTime) {
   }
 }
 
+TEST_F(CtFilters, ResidualTestsTellOfAnOrderThatIsTooLow) {
+  testing::Noise numbers(8);
+  const Eigen::VectorXd u = numbers.white(2000);
+  Eigen::VectorXd y = problems::servo_response(u, kSampleTime).velocity_mm_s;
+  y += 0.05 * std::sqrt(y.squaredNorm() / 2000.0) * numbers.white(2000);
+  write("noisy.csv", u, y);
+  for (const char* orders : {"0,2", "0,1"}) {
+    const ProgramRun run = ct({"--orders", orders, "--method", "srivc", "--hold", "zoh", "--train", "0:1500", "--test",
+                               "1500:2000", "--json", "ct.json"},
+                              "noisy.csv");
+    ASSERT_EQ(run.code, 0) << run.err;
+    const json tests = json_file(folder_ / "ct.json")["residual_tests"];
+    EXPECT_EQ(tests["set"], "test");
+    EXPECT_EQ(tests["passed"].get<bool>(), orders == std::string("0,2")) << tests["verdict"];
+    EXPECT_FALSE(tests["tests"][0].contains("correlations"));
+    EXPECT_THAT(run.out, HasSubstr("residual tests on the test data: "));
+  }
+}
+
 TEST_F(CtFilters, LeaveOutCoefficientsToo) {
   // The position of the servo: an integrator behind v.
   const Eigen::VectorXd u = problems::two_tones(2000, kSampleTime);

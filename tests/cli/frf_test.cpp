@@ -253,6 +253,29 @@ TEST_F(FrfRecord, PeriodsAreAveragedAndWeighted) {
   EXPECT_NEAR(json_file(folder_ / "simulation.json")["metrics"]["rmse"].get<double>(), kNoise, 0.1 * kNoise);
 }
 
+TEST_F(FrfRecord, IsSimulatedAndTested) {
+  for (const Arguments& period : {Arguments{"--period", "1000"}, Arguments{}}) {
+    Arguments arguments = record({"--orders", "1,2", "--report", "frf.html"});
+    arguments.insert(arguments.end(), period.begin(), period.end());
+    const ProgramRun run = frf("record.csv", arguments);
+    ASSERT_EQ(run.code, 0) << run.err;
+    const json found = result();
+    // The model's own error of about 0.1 % of an output of 10 adds a few percent to the noise; more without a period.
+    EXPECT_NEAR(found["train"]["rmse"].get<double>(), kNoise, (period.empty() ? 0.3 : 0.1) * kNoise);
+    EXPECT_EQ(found["residual_tests"]["set"], "training");
+    EXPECT_EQ(found["residual_tests"]["tests"][0]["test"], "offset");
+    EXPECT_THAT(run.out, HasSubstr("simulation of the record: RMSE"));
+    const std::string page = read_file(folder_ / "frf.html");
+    for (const char* id : {"measured-zoom", "measured-whole", "bode-G", "pole-zero-G", "residual-cross-correlation",
+                           "residual-autocorrelation", "error-spectrum"}) {
+      EXPECT_THAT(page, HasSubstr("<figure id=\"" + std::string(id) + "\"")) << id;
+    }
+  }
+  // One pole too few.
+  ASSERT_EQ(frf("record.csv", record({"--period", "1000", "--orders", "0,1"})).code, 0);
+  EXPECT_FALSE(result()["residual_tests"]["passed"].get<bool>());
+}
+
 TEST_F(FrfRecord, ABandAndARangeAreObeyed) {
   const ProgramRun run =
       frf("record.csv", record({"--period", "1000", "--orders", "1,2", "--band", "6.2:130", "--train", "1000:3000"}));

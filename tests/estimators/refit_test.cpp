@@ -431,6 +431,21 @@ TEST(RefitStatusTest, DivergedStart) {
   EXPECT_THAT(report.message, HasSubstr("finite"));
 }
 
+TEST(RefitStatusTest, StartWhoseDerivativesOverflowIsRefusedInSilence) {
+  // y of the order of g^t with g = 2.42: 1e153 after 400 samples, whose derivatives squared are beyond all numbers.
+  Model model = model_of("G=rational(nb=0,na=1)", {1.0, -2.42});
+  Record record;
+  record.u = Eigen::VectorXd::Unit(400, 0);
+  record.y = Eigen::VectorXd::Zero(400);
+  ::testing::internal::CaptureStderr();
+  const RefitReport report = refit(model, record);
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(report.status, FitStatus::diverged);
+  EXPECT_THAT(report.message, HasSubstr("finite derivatives"));
+  EXPECT_TRUE(std::isfinite(report.initial_rmse));
+  EXPECT_EQ(report.model.parameters, model.parameters);
+}
+
 TEST(RefitStatusTest, UnstableStartWithinTheRangeOfNumbersIsNoObstacle) {
   // 1.02^300 = 380: finite, and the way back leads through the circle.
   const Model truth = model_of("G=rational(nb=0,na=1)", {1.0, -0.9});
