@@ -128,6 +128,8 @@ LinearOutcome outcome_of(const LinearCommand& command) {
   for (std::string& warning : warnings_of(fit)) outcome.warnings.push_back(std::move(warning));
   const std::string unstable = warning_of_unstable_system(orders, data.train, options.prediction);
   if (!unstable.empty()) outcome.warnings.push_back(unstable);
+  const std::string lack = warning_of_excitation(orders, data.train);
+  if (!lack.empty()) outcome.warnings.push_back(lack);
   if (interrupted()) outcome.warnings.emplace_back("interrupted: this is the best result so far");
   std::vector<std::pair<std::string, Index>> horizons = {{"one step ahead", 1}};
   if (command.ahead > 0) horizons.emplace_back(std::to_string(command.ahead) + " steps ahead", command.ahead);

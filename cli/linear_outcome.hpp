@@ -50,6 +50,10 @@ std::vector<std::string> warnings_of(const PolynomialFit& fit);
 std::string warning_of_unstable_system(const PolynomialOrders& orders, const DataSet& data,
                                        const PredictionOptions& prediction);
 
+/// Whether the input excites what B, and F where there is one, need: A and the model of the noise are told by the
+/// noise. Means are taken off and tell nothing. A warning, or empty.
+std::string warning_of_excitation(const PolynomialOrders& orders, const DataSet& data);
+
 /// The report as one HTML file.
 std::string linear_report(const LinearCommand& command, const LinearOutcome& outcome);
 

@@ -2,6 +2,7 @@
 
 #include <blockid/cli/text_table.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/excitation.hpp>
 #include <blockid/init/root_groups.hpp>
 
 #include <algorithm>
@@ -86,6 +87,12 @@ std::string warning_of_unstable_system(const PolynomialOrders& orders, const Dat
   return "the system seems to be unstable: a least-squares model (arx na=" + std::to_string(order) +
          " nb=" + std::to_string(order) + ") has a pole of modulus " + number(modulus, 4) +
          "; oe and bj predict by simulation and do not find such a pole, take arx or armax";
+}
+
+std::string warning_of_excitation(const PolynomialOrders& orders, const DataSet& data) {
+  Excitation excited = excitation(data);
+  excited.mean = false;
+  return text_of_lack(excited, orders.nb + 1 + orders.nf);
 }
 
 }  // namespace blockid::cli

@@ -315,8 +315,9 @@ void add_ct(CLI::App& program, CtCommand& command) {
   app.add_flag("--no-relocate", command.no_relocate,
                "flbf, srivc: keep the break points even where |A/E| drifts over decades (default: off)")
       ->group(group);
-  app.add_option("--hold", command.hold,
-                 "input between samples: zoh, foh, spline3, spline5, spline7 (default: spline3; trends: zoh)")
+  app.add_option(
+         "--hold", command.hold,
+         "input between samples: zoh, foh, spline3, spline5, spline7, band_limited (default: spline3; trends: zoh)")
       ->type_name("WORD")
       ->group(group);
   app.add_flag("--iv", command.iv, "flbf, svf: instrumental variables after the least squares (default: off)")

@@ -372,6 +372,18 @@ TEST_F(CtFilters, RefusesAColumnOfTimesForASampleTime) {
   }
 }
 
+TEST_F(CtFilters, EveryHoldIsTaken) {
+  // Two tones below 2 % of the sampling frequency, held: a spline through them is late by half a sample, which is 2 %
+  // of the time constants.
+  for (const char* hold : {"zoh", "foh", "spline3", "spline5", "spline7", "band_limited"}) {
+    const ProgramRun run = ct({"--orders", "1,2", "--method", "srivc", "--hold", hold, "--json", "ct.json"});
+    ASSERT_EQ(run.code, 0) << run.err;
+    const json result = json_file(folder_ / "ct.json");
+    EXPECT_EQ(result["hold"], hold);
+    EXPECT_NEAR(result["denominator"][0].get<double>(), 400.0, 12.0) << hold;
+  }
+}
+
 TEST_F(CtFilters, ResidualTestsTellOfAnOrderThatIsTooLow) {
   testing::Noise numbers(8);
   const Eigen::VectorXd u = numbers.white(2000);

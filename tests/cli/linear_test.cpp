@@ -229,6 +229,19 @@ TEST_F(LinearCommand, OutputErrorOfAnUnstableSystemIsNotSilent) {
   EXPECT_THAT(stable.err, Not(HasSubstr("unstable")));
 }
 
+TEST_F(LinearCommand, CountsTheFrequenciesOfTheInput) {
+  // Noise fills the numerical rank.
+  Record record = testing::simulated(testing::output_error_system(), 1000, 4).record;
+  for (Index t = 0; t < 1000; ++t) record.u[t] = std::sin(0.3 * static_cast<double>(t));
+  record.y = simulate(testing::output_error_system(), record.u) + testing::Noise(5).white(1000, 0.5);
+  write("sine.csv", record);
+  const std::string lack = "the input excites 1 frequency: 2 equations for ";
+  EXPECT_THAT(linear({"--structure", "oe", "--orders", "nb=1,nf=2,nk=2"}, "sine.csv").err, HasSubstr(lack + "4"));
+  EXPECT_THAT(linear({"--structure", "arx", "--orders", "na=2,nb=2,nk=2"}, "sine.csv").err, HasSubstr(lack + "3"));
+  EXPECT_THAT(linear({"--structure", "arx", "--orders", "na=2,nb=1,nk=2"}, "sine.csv").err, Not(HasSubstr("excites")));
+  EXPECT_THAT(linear({"--structure", "bj", "--orders", "nb=3,nf=2,nc=1,nd=2,nk=1"}).err, Not(HasSubstr("excites")));
+}
+
 TEST_F(LinearCommand, RefusesBadOptions) {
   const auto refused = [&](const std::vector<std::string>& more, const std::string& words) {
     const ProgramRun run = linear(more);
