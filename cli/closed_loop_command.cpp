@@ -70,15 +70,25 @@ std::string prefix(const ClosedLoopOutcome& outcome, const ClosedLoopExperiment&
   return outcome.experiments.size() < 2 ? "" : one.source + ", samples " + one.range + ": ";
 }
 
+std::string percent(double part, double whole) { return number(100.0 * part / whole, 3) + " %"; }
+
 void check_reference(ClosedLoopOutcome& outcome, ClosedLoopExperiment& one, const LoopRecord& record) {
   if (record.r.size() == 0) return;
-  one.reference =
-      ReferenceCheck{reference_error(outcome.controller, record.u, record.y, record.r), record.u.cwiseAbs().maxCoeff()};
-  if (one.reference->error <= kConsistent * one.reference->largest) return;
+  const DiscreteTransferFunction& c = outcome.controller;
+  ReferenceCheck check;
+  check.error = reference_error(c, record.u, record.y, record.r);
+  check.largest = record.u.cwiseAbs().maxCoeff();
+  check.start = std::max(c.numerator.size(), c.denominator.size()) - 1;
+  check.error_behind_start = reference_error(c, record.u, record.y, record.r, check.start);
+  one.reference = check;
+  if (check.error <= kConsistent * check.largest) return;
   outcome.warnings.push_back(prefix(outcome, one) + "u differs from r - C y by up to " +
-                             number(100.0 * one.reference->error / one.reference->largest, 3) +
-                             " % of the largest |u|: a saturation, another controller, a state at the start or another "
-                             "sampling was at work, and the verdict takes it for the plant's");
+                             percent(check.error, check.largest) + " of the largest |u|, and by up to " +
+                             percent(check.error_behind_start, check.largest) + " behind the first " +
+                             std::to_string(check.start) +
+                             " samples, for which C needs the output before the record: a saturation, another "
+                             "controller, a state at the start or another sampling was at work, and the verdict takes "
+                             "it for the plant's");
 }
 
 void warn_once(ClosedLoopOutcome& outcome, const std::string& text) {

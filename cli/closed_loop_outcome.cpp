@@ -115,7 +115,8 @@ void print_signals(std::ostream& stream, const ClosedLoopExperiment& one, Index 
          << "noise       " << number(one.noise_bound, 4) << ", " << one.noise_source << '\n';
   if (one.reference) {
     stream << "u = r - C y to within " << number(one.reference->error, 3) << " of a largest |u| of "
-           << number(one.reference->largest, 4) << '\n';
+           << number(one.reference->largest, 4) << ", behind the first " << one.reference->start
+           << " samples to within " << number(one.reference->error_behind_start, 3) << '\n';
   }
 }
 
@@ -126,7 +127,10 @@ std::string sampling_text(const ClosedLoopOutcome& outcome) {
 std::string name_of(const ClosedLoopExperiment& one) { return one.source + ", samples " + one.range; }
 
 Json reference_json(const ReferenceCheck& reference) {
-  return {{"error", finite_or_null(reference.error)}, {"largest_input", finite_or_null(reference.largest)}};
+  return {{"error", finite_or_null(reference.error)},
+          {"largest_input", finite_or_null(reference.largest)},
+          {"start_samples", reference.start},
+          {"error_behind_start", finite_or_null(reference.error_behind_start)}};
 }
 
 Json json_of(const ClosedLoopExperiment& one) {

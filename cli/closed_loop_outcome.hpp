@@ -21,6 +21,9 @@ namespace blockid::cli {
 struct ReferenceCheck {
   double error = 0.0;    ///< max |C y + u - r|
   double largest = 0.0;  ///< max |u|
+  /// Samples at the start for which C needs y from before the record, and the error behind them.
+  Eigen::Index start = 0;
+  double error_behind_start = 0.0;
 };
 
 /// One record of the loop.

@@ -154,11 +154,12 @@ VectorXd uncertainty_input(const UncertainLoop& loop, const VectorXd& r) {
 }
 
 double reference_error(const DiscreteTransferFunction& controller, const VectorXd& u, const VectorXd& y,
-                       const VectorXd& r) {
+                       const VectorXd& r, Index first) {
   check_sizes(r.size(), u.size(), "input");
   check_sizes(r.size(), y.size(), "output");
-  if (r.size() == 0) return 0.0;
-  return (filter(controller, y) + u - r).cwiseAbs().maxCoeff();
+  if (first < 0) fail("reference: expected a first sample of at least 0, got ", first);
+  if (first >= r.size()) return 0.0;
+  return (filter(controller, y) + u - r).tail(r.size() - first).cwiseAbs().maxCoeff();
 }
 
 ClosedLoopRecord simulate_closed_loop(const DiscreteTransferFunction& plant, const DiscreteTransferFunction& controller,

@@ -82,9 +82,10 @@ Eigen::VectorXd uncertainty_output(const UncertainLoop& loop, const Eigen::Vecto
 /// v = V Lambda^-1 Dc r: the same v from the reference, by (28).
 Eigen::VectorXd uncertainty_input(const UncertainLoop& loop, const Eigen::VectorXd& r);
 
-/// max_t |(C y + u - r)_t|: large when a saturation or another controller than C was at work.
+/// max |(C y + u - r)_t| over t >= first: large when a saturation or another controller than C was at work. The first
+/// samples need y from before the record, which counts as zero: for C without poles as many as its degree.
 double reference_error(const DiscreteTransferFunction& controller, const Eigen::VectorXd& u, const Eigen::VectorXd& y,
-                       const Eigen::VectorXd& r);
+                       const Eigen::VectorXd& r, Eigen::Index first = 0);
 
 /// u = r - C y, y = P u + d from rest.
 struct ClosedLoopRecord {

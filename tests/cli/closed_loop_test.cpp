@@ -201,6 +201,17 @@ TEST_F(ClosedLoopCommand, SaturationShowsInTheReference) {
   const ProgramRun result =
       run({"--range", "100:", "--gamma", "0.1", "--reference", "r"}, CrowderCallafon::kCovers, "saturated.csv");
   EXPECT_THAT(result.err, HasSubstr("u differs from r - C y"));
+  EXPECT_THAT(result.out, HasSubstr("behind the first 1 samples to within"));
+}
+
+// A noise bound below the noise contradicts every set; the program says what to suspect, and that none was given.
+TEST_F(ClosedLoopCommand, NoiseBoundBelowTheNoiseIsAWarning) {
+  const ProgramRun result = run({"--range", "100:", "--gamma", "0.0001"});
+  EXPECT_EQ(result.code, 5) << result.out;
+  EXPECT_THAT(result.err, HasSubstr("does not explain the record either: suspect the noise bound"));
+  const ProgramRun none = run({"--range", "100:"});
+  EXPECT_THAT(none.err, HasSubstr("The noise bound of 0 was raised to"));
+  EXPECT_THAT(none.out, HasSubstr("none was given: w is taken as exact"));
 }
 
 TEST_F(ClosedLoopCommand, PlantFromAModelFile) {

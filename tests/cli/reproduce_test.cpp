@@ -205,7 +205,7 @@ TEST(Reproduce, CrowderAndCallafon) {
   EXPECT_EQ(run.code, 0) << run.out << run.err;
   const json result = json_file(folder / "r.json");
   EXPECT_TRUE(result["pass"].get<bool>());
-  EXPECT_EQ(result["rows"].size(), 16U);
+  EXPECT_EQ(result["rows"].size(), 31U);
   EXPECT_GE(result["notes"].size(), 13U);
   if (blockid::cli::gnuplot_is_there()) {
     for (const char* stem : {"figure2.svg", "figure3.svg"})

@@ -60,6 +60,23 @@ TEST(CoprimeFactors, ReferenceGivesTheSameInput) {
   EXPECT_GT(reference_error(crowder.controller, clipped, record.y, r), 0.1);
 }
 
+// A record that begins in mid-experiment, under a controller without poles: only the samples that its delays reach
+// before the record do not fit.
+TEST(CoprimeFactors, RecordThatBeginsLateFailsTheReferenceInItsFirstSamplesOnly) {
+  const DiscreteTransferFunction controller{polynomial({1.5, 0.0, -1.0}), polynomial({1.0})};
+  const DiscreteTransferFunction plant{polynomial({0.0, 0.3}), polynomial({1.0, -0.9})};
+  const VectorXd r = normal_reference(200);
+  const ClosedLoopRecord record = simulate_closed_loop(plant, controller, r, VectorXd::Zero(200));
+  const auto error = [&](Eigen::Index first) {
+    return reference_error(controller, record.u.tail(150), record.y.tail(150), r.tail(150), first);
+  };
+  EXPECT_NEAR(error(0), std::max(std::abs(record.y[48]), std::abs(record.y[49])), kTolerance);
+  EXPECT_NEAR(error(1), std::abs(record.y[49]), kTolerance);
+  EXPECT_LT(error(2), kTolerance);
+  EXPECT_EQ(error(150), 0.0);
+  EXPECT_THAT(message_of([&] { static_cast<void>(error(-1)); }), ::testing::HasSubstr("at least 0, got -1"));
+}
+
 // Delta Vbar = [Ts q (1 - p q) - b q (1 - q)] / [(1 - q)^2 + Ts q (c1 + c0 q)], with the true plant in the sensitivity.
 TEST(CoprimeFactors, TrueUncertaintyMapsInputToOutput) {
   const CrowderLoop crowder;

@@ -39,9 +39,9 @@ inline KnownUncertainty low_pass(double norm) {
   return {"low-pass", {polynomial({norm * 0.1}), polynomial({1.0, -0.9})}, norm};
 }
 
-/// A pole at -0.8: largest at pi.
+/// A pole at -0.8 and a zero at 1: largest at pi, where the gain is 2 / (1 - 0.8).
 inline KnownUncertainty high_pass(double norm) {
-  return {"high-pass", {polynomial({norm * 0.2}), polynomial({1.0, 0.8})}, norm};
+  return {"high-pass", {norm * polynomial({0.1, -0.1}), polynomial({1.0, 0.8})}, norm};
 }
 
 inline std::vector<KnownUncertainty> uncertainties(double norm) {
