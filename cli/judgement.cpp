@@ -19,6 +19,9 @@
 namespace blockid::cli {
 namespace {
 
+/// Residual over output above which a model is worse than none: errors of parameters take it little above one.
+constexpr double kWorseThanNothing = 2.0;
+
 /// Standard deviations from the minimum beyond which a model was not fitted to the records.
 constexpr double kAtMinimum = 0.1;
 
@@ -102,6 +105,29 @@ void add_periodic(Judgement& judgement, const std::vector<ResidualRecord>& recor
   }
 }
 
+double residual_over_output(const std::vector<ResidualRecord>& records) {
+  double residual = 0.0;
+  double output = 0.0;
+  for (const ResidualRecord& record : records) {
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(record.residual.size());
+    const Eigen::VectorXd scored =
+        record.weights.size() == 0 ? ones : Eigen::VectorXd((record.weights.array() > 0.0).cast<double>());
+    const Eigen::VectorXd r = (scored.array() > 0.0).select(record.residual, 0.0);
+    const Eigen::VectorXd y = (scored.array() > 0.0).select(record.yhat + record.residual, 0.0);
+    const double mean = scored.sum() > 0.0 ? y.sum() / scored.sum() : 0.0;
+    residual += r.squaredNorm();
+    output += (scored.array() * (y.array() - mean)).square().sum();
+  }
+  return std::sqrt(residual / output);
+}
+
+void add_size_hint(Judgement& judgement) {
+  if (!judgement.worse_than_nothing()) return;
+  judgement.under_fit.push_back("size: the residual is " + number(judgement.residual_over_output, 4) +
+                                " times as large as the output, so the model explains nothing of it; an unstable "
+                                "model, another input or another sample time does that");
+}
+
 void add_spectrum_hint(Judgement& judgement) {
   if (judgement.periodic && !judgement.periodic->passed) {
     judgement.under_fit.emplace_back(
@@ -141,6 +167,9 @@ std::vector<std::vector<std::string>> test_rows(const Judgement& judgement) {
     add(to_text(test.kind), test.statistic, degrees_text(test.degrees_of_freedom), test.p_value, test.passed);
     if (test.kind == ResidualTestKind::whiteness && !test.passed) rows.back().back() = "coloured";
   }
+  if (judgement.worse_than_nothing()) {
+    rows.push_back({"size", number(judgement.residual_over_output, 5), "-", "-", "FAILED"});
+  }
   if (judgement.periodic) {
     add("error spectrum", judgement.periodic->statistic, degrees_text(judgement.periodic->degrees_of_freedom),
         judgement.periodic->p_value, judgement.periodic->passed);
@@ -178,9 +207,11 @@ nlohmann::ordered_json list_json(const Eigen::VectorXd& values) {
 
 }  // namespace
 
+bool Judgement::worse_than_nothing() const { return !(residual_over_output <= kWorseThanNothing); }
+
 bool Judgement::passed() const {
-  return tests.model_passed() && (!periodic || periodic->passed) && (!noise || noise->passed) &&
-         (!noise_spectrum || noise_spectrum->passed);
+  return !worse_than_nothing() && tests.model_passed() && (!periodic || periodic->passed) &&
+         (!noise || noise->passed) && (!noise_spectrum || noise_spectrum->passed);
 }
 
 std::vector<Index> held_places(const Model& model) {
@@ -249,6 +280,7 @@ Judgement judge(const Model& model, const DataSet& training, const DataSet& test
     result.tests = residual_tests(shown, settings);
   }
   const DataSet& data = test.records.empty() ? training : test;
+  result.residual_over_output = residual_over_output(shown);
   add_periodic(result, shown, data, settings.significance);
   if (options.noise_deviation) result.noise = noise_level_test(result.tests, *options.noise_deviation);
   if (options.noise_record.size() > 0) {
@@ -258,6 +290,7 @@ Judgement judge(const Model& model, const DataSet& training, const DataSet& test
   const bool both = of_training && !test.records.empty();
   if (both) result.errors = compare_errors(*of_training, result.tests);
   result.under_fit = under_fit_hints(result.tests);
+  add_size_hint(result);
   add_spectrum_hint(result);
   result.over_fit = over_fit_hints(
       {.model = model,
@@ -348,6 +381,7 @@ nlohmann::ordered_json judgement_json(const Judgement& judgement) {
                  {"significance", judgement.tests.significance},
                  {"samples", judgement.tests.samples},
                  {"residual_deviation", finite_or_null(judgement.tests.deviation)},
+                 {"residual_over_output", finite_or_null(judgement.residual_over_output)},
                  {"noise_order", judgement.tests.noise.order()},
                  {"distance_from_minimum", finite_or_null(judgement.tests.distance_from_minimum)},
                  {"tests", tests}};

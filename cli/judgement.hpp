@@ -40,6 +40,8 @@ struct Judgement {
   /// How errors of the parameters were counted, in words.
   std::string parameters;
   ResidualTests tests;
+  /// sqrt(sum r^2 / sum (y - mean y)^2) over the scored samples.
+  double residual_over_output = 0.0;
   std::optional<PeriodicError> periodic = std::nullopt;
   std::optional<NoiseLevelTest> noise = std::nullopt;
   std::optional<NoiseSpectrumTest> noise_spectrum = std::nullopt;
@@ -48,6 +50,9 @@ struct Judgement {
   std::vector<std::string> over_fit = {};
   std::vector<std::string> warnings = {};
 
+  /// Whether the residual is so much larger than the output that the model explains nothing; its colour then hides
+  /// all else from the tests.
+  bool worse_than_nothing() const;
   /// Whether all tests of the model passed; whiteness is one of the noise.
   bool passed() const;
 };

@@ -243,6 +243,22 @@ TEST_F(ValidateCommand, NoiseOfAnotherSampleTimeIsRefused) {
   EXPECT_THAT(result.err, AllOf(HasSubstr("slow.csv"), HasSubstr("2 s"), HasSubstr("1 s")));
 }
 
+// An unstable model leaves a residual that an autoregression describes, so that no test of its lags fails.
+TEST_F(ValidateCommand, UnstableModelIsContradicted) {
+  fit("linear.csv");
+  json model = json_file(folder_ / "model.json");
+  const std::string text = model.dump();
+  ASSERT_EQ(model["parameters"].size(), 4U) << text;
+  // Poles 1.01 and 0.5.
+  model["parameters"][2]["value"] = -1.51;
+  model["parameters"][3]["value"] = 0.505;
+  write_file_atomically(folder_ / "model.json", model.dump());
+  const ProgramRun result = validate("linear.csv", {"--json", "v.json"});
+  EXPECT_EQ(result.code, 5) << result.out << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("contradict the model"), HasSubstr("size"), HasSubstr("explains nothing")));
+  EXPECT_GT(json_file(folder_ / "v.json")["residual_over_output"].get<double>(), 1e6);
+}
+
 TEST_F(ValidateCommand, ModelOfOtherDataIsFarFromTheMinimum) {
   fit("linear.csv");
   const ProgramRun result = validate("square.csv", {"--train", "0:2000"});

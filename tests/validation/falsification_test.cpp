@@ -77,14 +77,16 @@ TEST_P(Falsification, SharesOfAnIndependentPrototype) {
 constexpr std::array<double, 3> kNone = {0.0, 0.0, 0.0};
 constexpr std::array<double, 3> kAll = {100.0, 100.0, 100.0};
 
-INSTANTIATE_TEST_SUITE_P(Table, Falsification,
-                         ::testing::Values(Row{all_pass(1.1), {kAll, kAll, {8.0, 8.0, 2.0}}, 85.0},
-                                           Row{all_pass(2.0), {kAll, kAll, kAll}, 100.0},
-                                           Row{low_pass(1.1), {{{0.0, 2.0, 20.0}, kNone, kNone}}, 0.0},
-                                           Row{low_pass(2.0), {kAll, kAll, {78.0, 78.0, 82.0}}, 95.0},
-                                           Row{high_pass(1.1), {{{38.0, 62.0, 88.0}, kNone, kNone}}, 8.0},
-                                           Row{high_pass(2.0), {kAll, kAll, {38.0, 35.0, 25.0}}, 95.0}),
-                         name_of);
+INSTANTIATE_TEST_SUITE_P(
+    Table, Falsification,
+    ::testing::Values(Row{all_pass(1.1), {kAll, kAll, {8.0, 8.0, 2.0}}, 85.0},
+                      Row{all_pass(2.0), {kAll, kAll, kAll}, 100.0}, Row{resonant(1.1), {kNone, kNone, kNone}, 0.0},
+                      Row{resonant(2.0), {{{85.0, 100.0, 100.0}, {38.0, 98.0, 100.0}, {0.0, 52.0, 62.0}}}, 70.0},
+                      Row{low_pass(1.1), {{{0.0, 2.0, 20.0}, kNone, kNone}}, 0.0},
+                      Row{low_pass(2.0), {kAll, kAll, {78.0, 78.0, 82.0}}, 95.0},
+                      Row{high_pass(1.1), {{{38.0, 62.0, 88.0}, kNone, kNone}}, 8.0},
+                      Row{high_pass(2.0), {kAll, kAll, {38.0, 35.0, 25.0}}, 95.0}),
+    name_of);
 
 // Proofs may not be wrong once: no set with room for the truth is invalidated, and none is left open. 2880 records.
 class TrueSets : public ::testing::TestWithParam<double> {};

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <string>
@@ -95,6 +96,22 @@ TEST(PublishedLoop, FullRecordsUpToTheWindowsOfFigure3) {
   }
 }
 
+// Figure 3 by corollary 1 alone, tau = 1e-10: the prototype has 0.9229 for n = 1 and for n = 2..300 a least of 1.2648,
+// a median of 6.5e7 (where rounding of v and w counts) and none at or below 1.
+TEST(PublishedLoop, Figure3WithoutThePast) {
+  const Set ok(CrowderLoop{}.ok());
+  std::vector<double> alphas;
+  for (Index start = 1; start <= 300; ++start) {
+    alphas.push_back(
+        noise_free_bound(ok.signals.v.segment(start - 1, kCount), ok.signals.w.segment(start - 1, kCount), 1e-10));
+  }
+  EXPECT_NEAR(alphas.front(), .9229, 5e-5);
+  alphas.erase(alphas.begin());
+  std::sort(alphas.begin(), alphas.end());
+  EXPECT_NEAR(alphas.front(), 1.2648, 1e-4);
+  EXPECT_NEAR(alphas[alphas.size() / 2], 6.5e7, 0.1e7);
+}
+
 // How alpha falls with the past that is granted, window from sample 300: below the memory of Delta it is absurd.
 TEST(PublishedLoop, PastTooShortIsUnsound) {
   const Set ok(CrowderLoop{}.ok());
@@ -124,6 +141,11 @@ TEST(PublishedLoop, TightSetInWindowsAndInRecords) {
   EXPECT_NEAR(tight.alpha(10, 9, 1e-3), 1.06326, 5e-6);
   EXPECT_NEAR(tight.alpha(50, 49, 1e-3), 1.07506, 5e-6);
   EXPECT_NEAR(tight.alpha(150, 149, 1e-3), .95714, 5e-6);
+}
+
+TEST(PublishedLoop, NoNoiseIsNeededWithTheWholePast) {
+  const Set ok(CrowderLoop{}.ok());
+  EXPECT_LT(smallest_gamma(ok.programme(300, 299), 1.0).value, 1e-9 * ok.size);
 }
 
 TEST(PublishedLoop, TightSetAtTheEnd) {
