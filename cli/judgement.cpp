@@ -326,7 +326,9 @@ FitJudgement judge_simulations(const Evaluation& train, const std::optional<Eval
     // Too few samples, or a perfect fit.
     return {std::nullopt, error.what()};
   }
+  judgement.residual_over_output = residual_over_output(records);
   judgement.under_fit = under_fit_hints(judgement.tests);
+  add_size_hint(judgement);
   return {std::move(judgement), {}};
 }
 

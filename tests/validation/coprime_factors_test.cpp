@@ -88,6 +88,21 @@ TEST(CoprimeFactors, TrueUncertaintyMapsInputToOutput) {
   EXPECT_LT((filter(delta, filter(inverse, signals.v)) - signals.w).cwiseAbs().maxCoeff(), kTolerance);
 }
 
+// (8), (9) as printed, with the model in the sensitivity: (1 - p q) / (1 - q) [Ts q (1 - p q) - b q (1 - q)] /
+// [(1 - p q)(1 - q) + b q (c1 + c0 q)]. w is missed by nearly half of its largest sample, 0.176.
+TEST(CoprimeFactors, PrintedUncertaintyDoesNot) {
+  const CrowderLoop crowder;
+  const UncertaintySignals signals = crowder_signals(crowder.ok());
+  const VectorXd& c = crowder.controller.numerator;
+  const DiscreteTransferFunction model{
+      polynomial({0.0, crowder.ts - crowder.b, crowder.b - crowder.ts * crowder.p}),
+      polynomial({1.0, -1.0 - crowder.p + crowder.b * c[0], crowder.p + crowder.b * c[1]})};
+  const DiscreteTransferFunction inverse{crowder.ok().weight.denominator, crowder.ok().weight.numerator};
+  const DiscreteTransferFunction integrator{polynomial({1.0, -crowder.p}), polynomial({1.0, -1.0})};
+  const VectorXd got = filter(integrator, filter(model, filter(inverse, signals.v)));
+  EXPECT_NEAR((got - signals.w).cwiseAbs().maxCoeff(), 0.080, 5e-4);
+}
+
 // The plant (Nhat + Dc V Delta) (Dhat - Nc V Delta)^-1 for V = 0.3 and Delta = 0.8 q^-1, multiplied out by hand:
 // with Dhat = 1, Nhat = b q / (1 - p q), Dc = (1 - q) / (1 - p q), Nc = (c1 + c0 q) / (1 - p q), g = 0.24,
 // P = [b q + g q (1 - q)] / [(1 - p q) - g q (c1 + c0 q)].

@@ -6,9 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
+#include <vector>
 
 namespace blockid::testing {
 namespace {
@@ -87,6 +89,59 @@ INSTANTIATE_TEST_SUITE_P(
                       Row{high_pass(1.1), {{{38.0, 62.0, 88.0}, kNone, kNone}}, 8.0},
                       Row{high_pass(2.0), {kAll, kAll, {38.0, 35.0, 25.0}}, 95.0}),
     name_of);
+
+/// Without noise, by the closed form: percent invalidated, and medians of alpha_tau where the prototype has them.
+struct CleanRow {
+  KnownUncertainty uncertainty;
+  std::array<double, 3> percent;
+  std::array<double, 3> median;
+};
+
+/// Three deviations of the difference of two medians of 40, 1.25 sigma / sqrt(40) each, and half of the third decimal.
+double median_spread(const std::vector<double>& values) {
+  const Eigen::Map<const Eigen::ArrayXd> all(values.data(), static_cast<Index>(values.size()));
+  const double deviation = std::sqrt((all - all.mean()).square().mean());
+  return 3.0 * 1.25 * deviation * std::sqrt(2.0 / kReferences) + 5e-4;
+}
+
+TEST(CleanFalsification, SharesAndMediansWithoutNoise) {
+  const double none = std::nan("");
+  const std::array<double, 3> unknown = {none, none, none};
+  const std::vector<CleanRow> rows = {{all_pass(0.5), kNone, {.5, .5, .5}},
+                                      {all_pass(0.9), kNone, {.9, .9, .9}},
+                                      {all_pass(1.1), kAll, {1.1, 1.1, 1.1}},
+                                      {all_pass(2.0), kAll, {2.0, 2.0, 2.0}},
+                                      {resonant(0.5), kNone, {.298, .392, .457}},
+                                      {resonant(0.9), kNone, {.536, .706, .822}},
+                                      {resonant(1.1), {0.0, 0.0, 82.0}, {.655, .863, 1.0047}},
+                                      {resonant(2.0), kAll, {1.191, 1.569, 1.827}},
+                                      {low_pass(0.9), kNone, unknown},
+                                      {low_pass(1.1), {0.0, 100.0, 100.0}, {.981, 1.060, 1.089}},
+                                      {low_pass(2.0), kAll, unknown},
+                                      {high_pass(0.9), kNone, unknown},
+                                      {high_pass(1.1), kAll, unknown},
+                                      {high_pass(2.0), kAll, unknown}};
+  const UncertainLoop loop = CrowderLoop{}.ok();
+  for (const CleanRow& row : rows) {
+    for (std::size_t j = 0; j < kCounts.size(); ++j) {
+      SCOPED_TRACE(::testing::Message() << row.uncertainty.name << " " << row.uncertainty.norm << ", " << kCounts[j]);
+      std::vector<double> alphas;
+      for (std::uint32_t seed = 1; seed <= kReferences; ++seed) {
+        const NoisySignals signals =
+            uncertain_signals(loop, row.uncertainty.delta, normal_reference(kCounts[j], seed), 0.0, seed);
+        alphas.push_back(noise_free_bound(signals.v, signals.w));
+      }
+      Found result;
+      for (const double alpha : alphas) result.invalidated += alpha > 1.0 + 1e-6 ? 1 : 0;
+      expect_count(result, row.percent[j]);
+      std::sort(alphas.begin(), alphas.end());
+      if (!std::isnan(row.median[j])) {
+        EXPECT_NEAR(0.5 * (alphas[kReferences / 2 - 1] + alphas[kReferences / 2]), row.median[j],
+                    median_spread(alphas));
+      }
+    }
+  }
+}
 
 // Proofs may not be wrong once: no set with room for the truth is invalidated, and none is left open. 2880 records.
 class TrueSets : public ::testing::TestWithParam<double> {};

@@ -22,20 +22,19 @@ inline KnownUncertainty all_pass(double norm) {
   return {"all-pass", {norm * polynomial({-0.5, 1.0}), polynomial({1.0, -0.5})}, norm};
 }
 
-/// Poles r e^{+-i 0.2}, r = 0.97, zeros at 1 and -1. With c = cos w, |1 - q^2|^2 = 4 (1 - c^2) and |D|^2 =
-/// alpha c^2 - beta c + k for alpha = 4 r^2, beta = 4 r (1 + r^2) cos(0.2), k = (1 - r^2)^2 + 4 r^2 cos^2(0.2): the
-/// quotient is largest where beta c^2 - 2 (k + alpha) c + beta = 0.
+/// Poles r e^{+-i 0.2}, r = 0.97, and a zero at 1. With c = cos w, |1 - q|^2 = 2 (1 - c) and |D|^2 = alpha c^2 - beta c
+/// + k for alpha = 4 r^2, beta = 4 r (1 + r^2) cos(0.2), k = (1 - r^2)^2 + 4 r^2 cos^2(0.2): the quotient is largest
+/// where alpha c^2 - 2 alpha c + beta - k = 0.
 inline KnownUncertainty resonant(double norm) {
   const double r = 0.97;
   const double angle = 0.2;
   const double alpha = 4.0 * r * r;
   const double beta = 4.0 * r * (1.0 + r * r) * std::cos(angle);
   const double k = std::pow(1.0 - r * r, 2) + alpha * std::pow(std::cos(angle), 2);
-  const double c = (k + alpha - std::sqrt((k + alpha) * (k + alpha) - beta * beta)) / beta;
-  const double peak = std::sqrt(4.0 * (1.0 - c * c) / (alpha * c * c - beta * c + k));
-  return {"resonant",
-          {norm / peak * polynomial({1.0, 0.0, -1.0}), polynomial({1.0, -2.0 * r * std::cos(angle), r * r})},
-          norm};
+  const double c = 1.0 - std::sqrt(1.0 - (beta - k) / alpha);
+  const double peak = std::sqrt(2.0 * (1.0 - c) / (alpha * c * c - beta * c + k));
+  return {
+      "resonant", {norm / peak * polynomial({1.0, -1.0}), polynomial({1.0, -2.0 * r * std::cos(angle), r * r})}, norm};
 }
 
 /// A pole at 0.9: largest at 0, where the gain is 1 / (1 - 0.9).
