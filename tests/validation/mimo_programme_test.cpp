@@ -212,6 +212,52 @@ TEST(MimoProgramme, AgreesWithCsdp) {
   EXPECT_NEAR(ours, std::sqrt(other.dual), 1e-6 * ours);
 }
 
+/// min alpha such that [alpha I, T_H; T_H', alpha I] is positive semidefinite, |w_t - sum_k H_k v_{t-k}| <= gamma: the
+/// matrices H_0..H_{n-1} (p, m) of Delta themselves, from rest or with a past.
+SemidefiniteProgramme parameter_form(const MatrixXd& v, const MatrixXd& w, double gamma) {
+  const Index n = v.cols();
+  const Index m = v.rows();
+  const Index p = w.rows();
+  const Index past = n - w.cols();
+  SemidefiniteProgramme form;
+  form.blocks = {{(p + m) * n, false}, {2 * w.size(), true}};
+  form.cost = VectorXd::Unit(p * m * n + 1, p * m * n);
+  form.matrices.resize(static_cast<std::size_t>(p * m * n + 1));
+  for (Index k = 0; k < n; ++k) {
+    for (Index b = 0; b < m; ++b) {
+      for (Index a = 0; a < p; ++a) {
+        std::vector<SemidefiniteEntry>& matrix = form.matrices[static_cast<std::size_t>((k * m + b) * p + a)];
+        for (Index j = 0; j + k < n; ++j) matrix.push_back({0, (j + k) * p + a, p * n + j * m + b, 1.0});
+        for (Index t = std::max(past, k); t < n; ++t) {
+          const Index row = (t - past) * p + a;
+          matrix.push_back({1, row, row, v(b, t - k)});
+          matrix.push_back({1, w.size() + row, w.size() + row, -v(b, t - k)});
+        }
+      }
+    }
+  }
+  for (Index i = 0; i < (p + m) * n; ++i) form.matrices.back().push_back({0, i, i, 1.0});
+  for (Index i = 0; i < w.size(); ++i) {
+    form.constant.push_back({1, i, i, w.reshaped()[i] - gamma});
+    form.constant.push_back({1, w.size() + i, w.size() + i, -w.reshaped()[i] - gamma});
+  }
+  return form;
+}
+
+// Other variables and another cone: outputs z that T_z'T_z <= alpha^2 T_v'T_v allows are those of some Delta.
+TEST(MimoProgramme, OutputsAreThoseOfSomeUncertainty) {
+  if (!csdp_available()) GTEST_SKIP() << "CSDP is not installed (Debian: libsdp-dev)";
+  for (const Index past : {0, 5}) {
+    for (const Index outputs : {1, 2}) {
+      const MatrixXd v = noise(2, 14, 19);
+      const MatrixXd w = noise(outputs, 14 - past, 20);
+      const CsdpSolution other = solve_with_csdp(parameter_form(v, w, 0.3));
+      EXPECT_EQ(other.code, 0);
+      EXPECT_NEAR(smallest_mimo_alpha(v, w, 0.3).value, other.dual, 1e-6 * other.dual) << past << " " << outputs;
+    }
+  }
+}
+
 // The bound of the method, from the multiplier alone and by other sums; and of any other multiplier, which proves less.
 TEST(MimoProgramme, CertificateIsEvaluatedOnceMore) {
   const MatrixXd v = noise(2, 30, 16);
