@@ -82,13 +82,15 @@ void check_reference(ClosedLoopOutcome& outcome, ClosedLoopExperiment& one, cons
   check.error_behind_start = reference_error(c, record.u, record.y, record.r, check.start);
   one.reference = check;
   if (check.error <= kConsistent * check.largest) return;
+  std::string behind;
+  if (check.start > 0) {
+    behind = ", and by up to " + percent(check.error_behind_start, check.largest) + " behind " + start_text(check) +
+             ", for which C needs the output before the record";
+  }
   outcome.warnings.push_back(prefix(outcome, one) + "u differs from r - C y by up to " +
-                             percent(check.error, check.largest) + " of the largest |u|, and by up to " +
-                             percent(check.error_behind_start, check.largest) + " behind the first " +
-                             std::to_string(check.start) +
-                             " samples, for which C needs the output before the record: a saturation, another "
-                             "controller, a state at the start or another sampling was at work, and the verdict takes "
-                             "it for the plant's");
+                             percent(check.error, check.largest) + " of the largest |u|" + behind +
+                             ": a saturation, another controller, a state at the start or another sampling was at "
+                             "work, and the verdict takes it for the plant's");
 }
 
 void warn_once(ClosedLoopOutcome& outcome, const std::string& text) {

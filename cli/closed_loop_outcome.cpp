@@ -115,8 +115,12 @@ void print_signals(std::ostream& stream, const ClosedLoopExperiment& one, Index 
          << "noise       " << number(one.noise_bound, 4) << ", " << one.noise_source << '\n';
   if (one.reference) {
     stream << "u = r - C y to within " << number(one.reference->error, 3) << " of a largest |u| of "
-           << number(one.reference->largest, 4) << ", behind the first " << one.reference->start
-           << " samples to within " << number(one.reference->error_behind_start, 3) << '\n';
+           << number(one.reference->largest, 4);
+    if (one.reference->start > 0) {
+      stream << ", behind " << start_text(*one.reference) << " to within "
+             << number(one.reference->error_behind_start, 3);
+    }
+    stream << '\n';
   }
 }
 
@@ -219,8 +223,17 @@ Verdict ClosedLoopOutcome::verdict() const {
   return Verdict::not_invalidated;
 }
 
+std::string start_text(const ReferenceCheck& check) {
+  return check.start == 1 ? "the first sample" : "the first " + std::to_string(check.start) + " samples";
+}
+
 std::string evidence_text(const ClosedLoopOutcome& outcome) {
-  if (outcome.whole) return outcome.whole->evidence;
+  if (outcome.whole) {
+    const bool alike = std::all_of(outcome.experiments.begin(), outcome.experiments.end(),
+                                   [&](const auto& one) { return one.noise_bound == outcome.noise_bound(); });
+    return outcome.whole->evidence +
+           (alike ? "" : " Where an experiment has a smaller noise bound, the noise is less in proportion.");
+  }
   const std::vector<WindowedVerdict> windows = all_windows(outcome);
   return std::to_string(count(windows, Verdict::invalidated)) + " of " + std::to_string(windows.size()) +
          " windows invalidated, " + std::to_string(count(windows, Verdict::undecided)) + " undecided; " +

@@ -60,6 +60,9 @@ struct ClosedLoopOutcome {
   Verdict verdict() const;
 };
 
+/// "the first sample", "the first 3 samples".
+std::string start_text(const ReferenceCheck& check);
+
 /// The verdict and its evidence; of windows, how many say what.
 std::string evidence_text(const ClosedLoopOutcome& outcome);
 

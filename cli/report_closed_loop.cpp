@@ -143,9 +143,11 @@ void add_experiment(HtmlPage& page, const ClosedLoopOutcome& outcome, std::size_
     page.paragraph("The Delta that was found for all experiments leaves " + number(one.noise_left, 5) + " here.");
   }
   if (one.reference) {
-    page.paragraph("u = r - C y holds to within " + number(one.reference->error, 3) + ", behind the first " +
-                   std::to_string(one.reference->start) + " samples to within " +
-                   number(one.reference->error_behind_start, 3) + "; the largest |u| is " +
+    std::string behind;
+    if (one.reference->start > 0) {
+      behind = ", behind " + start_text(*one.reference) + " to within " + number(one.reference->error_behind_start, 3);
+    }
+    page.paragraph("u = r - C y holds to within " + number(one.reference->error, 3) + behind + "; the largest |u| is " +
                    number(one.reference->largest, 4) + ".");
   }
   add_figure(page, signals_figure(outcome, place), gnuplot);
