@@ -48,8 +48,9 @@ struct ContinuousFitOptions {
   /// They end when a step is below this share of the standard deviation of the estimate.
   double tolerance = 1e-3;
   /// Break points of a localising basis move to the moduli of the poles found, spread within pairs by 1.6, as long as
-  /// `drift` is above kDriftLimit; evenly spread ones over the band that the input excites are tried besides. The
-  /// result is the fit whose simulation is nearest to the data.
+  /// `drift` is above kDriftLimit; evenly spread ones over the band that the input excites are tried besides, and over
+  /// parts of it as long as the iterations do not converge. The result is the fit whose simulation is nearest to the
+  /// data; a stable one may be twice as far as one that is not.
   bool relocate = true;
   /// Powers of s whose coefficients are zero, A monic: a0 = 0 is an integrator. They are linear constraints on the
   /// coordinates in any basis, exact up to rounding.
