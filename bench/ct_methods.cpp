@@ -165,6 +165,8 @@ Experiment experiment_of(const Case& one, Index samples) {
 struct Outcome {
   double error = kInfinity;
   bool stable = true;
+  /// The program would have warned of something.
+  bool warned = false;
   double seconds = 0.0;
 };
 
@@ -206,8 +208,10 @@ Outcome outcome_of(const Method& method, const Experiment& experiment) {
     outcome.seconds = thread_seconds() - begin;
     outcome.error = error_of(estimate.transfer_function, experiment);
     outcome.stable = is_stable(estimate.transfer_function);
+    outcome.warned = !estimate.warnings.empty();
   } catch (const Error&) {
     outcome.seconds = thread_seconds() - begin;  // refused: a bad fit
+    outcome.warned = true;
   }
   return outcome;
 }
@@ -244,6 +248,7 @@ std::vector<Case> cases_of(const Settings& settings) {
 struct Summary {
   int cases = 0;
   int bad = 0;
+  int bad_without_warning = 0;
   int unstable = 0;
   double median_ratio = 0.0;
   double median_seconds = 0.0;
@@ -268,7 +273,9 @@ Summary summary_of(const std::vector<Case>& cases, const std::vector<CaseOutcome
     ratios.push_back(fit.error / outcomes[k].truth);
     seconds.push_back(fit.seconds);
     ++summary.cases;
-    summary.bad += ratios.back() <= kBad ? 0 : 1;
+    const bool bad = !(ratios.back() <= kBad);
+    summary.bad += bad ? 1 : 0;
+    summary.bad_without_warning += bad && !fit.warned ? 1 : 0;
     summary.unstable += fit.stable ? 0 : 1;
   }
   summary.median_ratio = median(ratios);
@@ -279,16 +286,17 @@ Summary summary_of(const std::vector<Case>& cases, const std::vector<CaseOutcome
 void print_tables(const Settings& settings, const std::vector<Case>& cases, const std::vector<CaseOutcome>& outcomes) {
   std::cout << "bad fits of " << cases.size() << ", error more than " << kBad
             << " times that of a refit from the truth\n\n"
-            << "| method | bad | unstable | median ratio | median time |";
+            << "| method | bad | without a warning | unstable | median ratio | median time |";
   for (const double snr_db : settings.snr_db) std::cout << " bad at " << snr_db << " dB |";
   for (const Index order : settings.orders) std::cout << " bad of order " << order << " |";
-  std::cout << "\n|---|---|---|---|---|";
+  std::cout << "\n|---|---|---|---|---|---|";
   for (std::size_t k = 0; k < settings.snr_db.size() + settings.orders.size(); ++k) std::cout << "---|";
   std::cout << '\n';
   for (std::size_t m = 0; m < methods().size(); ++m) {
     const Summary all = summary_of(cases, outcomes, m, [](const Case&) { return true; });
-    std::cout << "| " << methods()[m].name << " | " << all.bad << " | " << all.unstable << " | "
-              << cli::number(all.median_ratio, 3) << " | " << cli::number(1e3 * all.median_seconds, 3) << " ms |";
+    std::cout << "| " << methods()[m].name << " | " << all.bad << " | " << all.bad_without_warning << " | "
+              << all.unstable << " | " << cli::number(all.median_ratio, 3) << " | "
+              << cli::number(1e3 * all.median_seconds, 3) << " ms |";
     for (const double snr_db : settings.snr_db) {
       std::cout << ' ' << summary_of(cases, outcomes, m, [&](const Case& c) { return c.snr_db == snr_db; }).bad << " |";
     }
