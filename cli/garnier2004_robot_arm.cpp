@@ -104,7 +104,7 @@ Picture figure_2(const Record& record, const ContinuousFit& published, const Con
   const VectorXcd refined = response_at(ours.model, omega);
   const auto panel = [](const std::string& label, int column) {
     const std::string k = std::to_string(column);
-    return "set ylabel " + cli::quoted(label) + "\nplot $dots using 1:" + k +
+    return "set ylabel " + cli::plot_text(label) + "\nplot $dots using 1:" + k +
            " with points pt 7 ps 0.4 lc rgb '#9ca3af' title 'fifth period', $model using 1:" + k +
            " with lines ls 3 title 'IV-FLBF', $model using 1:" + std::to_string(column + 2) +
            " with lines ls 2 title 'SRIVC-FLBF'\n";

@@ -37,7 +37,7 @@ std::string root_block(const std::string& name, const std::vector<std::complex<d
 /// The panel of a pole-zero map whose data blocks are called poles_NAME and zeros_NAME.
 std::string map_panel(const std::string& name, const std::string& title, bool has_zeros) {
   std::string script =
-      "set title " + quoted(title) +
+      "set title " + plot_text(title) +
       "\nset size ratio -1\nset xrange [-1.2:1.2]\nset yrange [-1.2:1.2]\nset xlabel 'real'\nset ylabel "
       "'imaginary'\nset parametric\nset trange [0:2*pi]\nset samples 200\n"
       "plot cos(t), sin(t) with lines ls 4 notitle, $poles_" +
@@ -89,7 +89,7 @@ std::string exponent_labels(const GiordanoPictures& shown) {
   const auto add = [&](const std::vector<RootGroup>& groups, Index first, const std::string& symbol) {
     for (std::size_t k = 0; k < groups.size(); ++k) {
       const double exponent = shown.exponents[first + static_cast<Index>(k)];
-      script += "set label " + quoted(symbol + " = " + fixed_number(exponent, 2)) + " at " +
+      script += "set label " + plot_text(symbol + " = " + fixed_number(exponent, 2)) + " at " +
                 number(groups[k].value.real(), 6) + "," + number(groups[k].value.imag(), 6) +
                 " left offset 1,0 front textcolor rgb '" + (exponent > 0.5 ? "#b45309" : "#047857") + "'\n";
     }
@@ -166,7 +166,7 @@ Picture errors_picture(const GiordanoPictures& shown) {
   for (std::size_t k = 0; k < shown.errors.size(); ++k) {
     const std::string name = "e" + std::to_string(k);
     data += data_block(name, {samples, shown.errors[k].error.head(kShownSamples) / shown.noise});
-    panels += "set title " + quoted(shown.errors[k].name) + "\n";
+    panels += "set title " + plot_text(shown.errors[k].name) + "\n";
     if (k + 1 == shown.errors.size()) panels += "set xlabel 'sample'\n";
     panels += "set ylabel 'error / noise'\nplot $" + name + " using 1:2 with lines ls 3\n";
   }

@@ -192,7 +192,7 @@ Picture figure_1(std::uint64_t seed) {
   }
   script += "set yrange [0:2]\nset xlabel 'time [ms]'\nset ylabel 'estimate / true value'\nset multiplot layout 1,2\n";
   for (const char* name : {"goodwin", "tustin"}) {
-    script += "set title " + quoted(name == std::string("goodwin") ? "Goodwin" : "modified Tustin") + "\nplot $" +
+    script += "set title " + plot_text(name == std::string("goodwin") ? "Goodwin" : "modified Tustin") + "\nplot $" +
               name + " using 1:2 with lines ls 1 title 'a1', $" + name + " using 1:3 with lines ls 2 title 'a0', $" +
               name + " using 1:4 with lines ls 3 title 'b0'\n";
   }

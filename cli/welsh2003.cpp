@@ -185,7 +185,7 @@ Picture magnitudes(const std::string& stem, const std::string& title, const std:
                        std::to_string(panels.size()) + ",1\n";
   for (std::size_t k = 0; k < panels.size(); ++k) {
     if (k + 1 == panels.size()) script += "set xlabel 'frequency [rad/s]'\n";
-    script += "set title " + quoted(panels[k].title) + "\nplot $d using 1:" + std::to_string(k + 3) +
+    script += "set title " + plot_text(panels[k].title) + "\nplot $d using 1:" + std::to_string(k + 3) +
               " with lines ls 2 title 'estimate', $d using 1:2 with lines ls 1 dt 2 title 'true'\n";
   }
   return {stem, title, script + "unset multiplot\n", 900, 270 * static_cast<int>(panels.size())};
@@ -317,7 +317,7 @@ Picture growth_picture(const std::vector<Growth>& all) {
     const std::string name = "g" + std::to_string(k);
     script += data_block(name, {all[k].filters, all[k].condition});
     plot += (k == 0 ? "plot $" : ", $") + name + " using 1:2 with linespoints pt 7 ps 0.5 title " +
-            quoted("ratio " + number(all[k].gamma));
+            plot_text("ratio " + number(all[k].gamma));
   }
   return {"condition", "Condition of the normal matrix over the number of filters",
           script + "set logscale xy\nset xlabel 'filters'\nset ylabel 'condition'\n" + plot + "\n", 900, 380};

@@ -2,7 +2,7 @@
 
 include_guard(GLOBAL)
 
-# blockid_precompile_headers(<target>): Eigen, its dense decompositions as compiled once by data/, and the standard
+# blockid_precompile_headers(<target>): Eigen, its dense decompositions as compiled once by data/, JSON, and the standard
 # headers that most sources use. The first caller (data/) builds the precompiled header, all others share it. Sources
 # still include what they need: the clang-tidy build has no precompiled headers.
 function(blockid_precompile_headers target)
@@ -14,6 +14,7 @@ function(blockid_precompile_headers target)
       PRIVATE
       <Eigen/Dense>
       <blockid/data/dense_decompositions.hpp>
+      <nlohmann/json.hpp>
       <algorithm>
       <cmath>
       <complex>
@@ -26,6 +27,9 @@ function(blockid_precompile_headers target)
       <string>
       <utility>
       <vector>)
+    # Header-only; nothing of it is compiled into data/.
+    target_include_directories(${target} SYSTEM PRIVATE
+                               $<TARGET_PROPERTY:nlohmann_json::nlohmann_json,INTERFACE_INCLUDE_DIRECTORIES>)
   endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
     # Lets ccache see through the precompiled header.

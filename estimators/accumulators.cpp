@@ -99,8 +99,8 @@ void QrTriangle::add(const double* data, Index rows, Index stride) {
   stacked.topRows(columns) = triangle_;
   stacked.bottomRows(rows) =
       Eigen::Map<const RowMajor, 0, Eigen::OuterStride<>>(data, rows, columns, Eigen::OuterStride<>(stride));
-  const Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(stacked);
-  triangle_ = stacked.topRows(columns).triangularView<Eigen::Upper>();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);
+  triangle_ = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
   rows_ += rows;
 }
 

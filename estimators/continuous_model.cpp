@@ -2,6 +2,7 @@
 
 #include <blockid/blocks/localising_basis.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/data/orthogonal_factor.hpp>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -34,37 +35,35 @@ VectorXcd sorted(VectorXcd roots) {
   return roots;
 }
 
-/// Ratio of the largest to the smallest row beyond which eigenvalues need more than double precision: Eigen's iteration
-/// takes for zero what is below epsilon^2 of the norm, 5e-32 in double, 1e-38 in long double.
-constexpr double kWideRange = 1e20;
-
-bool is_wide(const MatrixXd& matrix) {
-  const Eigen::ArrayXd sizes = matrix.cwiseAbs().rowwise().maxCoeff();
-  return sizes.maxCoeff() > kWideRange * sizes.minCoeff();
-}
-
 struct EigenSystem {
   VectorXcd values;
   MatrixXcd right;
   MatrixXcd left;  ///< inverse of `right`
 };
 
-template <class Real>
-EigenSystem decompose(const MatrixXd& matrix, bool vectors) {
-  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-  const Matrix wide = matrix.cast<Real>();
+/// In long double: Eigen's iteration takes for zero what is below epsilon^2 of the norm, 5e-32 in double, 1e-38 in long
+/// double, and the rows of a matrix over many decades differ by more than the former.
+EigenSystem eigensystem(const MatrixXd& matrix, bool vectors) {
+  using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  const Matrix wide = matrix.cast<long double>();
   const Eigen::EigenSolver<Matrix> solver(wide, vectors);
   if (solver.info() != Eigen::Success) fail("continuous model: the eigenvalue iteration did not converge");
-  EigenSystem result{solver.eigenvalues().template cast<Complex>(), {}, {}};
-  if (vectors) {
-    result.right = solver.eigenvectors().template cast<Complex>();
-    result.left = solver.eigenvectors().fullPivLu().inverse().template cast<Complex>();
+  EigenSystem result{solver.eigenvalues().cast<Complex>(), {}, {}};
+  if (!vectors) return result;
+  // Of a pair the columns of `real` are the real and the imaginary part of the first eigenvector.
+  const Matrix real = solver.pseudoEigenvectors();
+  const Matrix inverse = real.fullPivLu().inverse();
+  result.right = real.cast<Complex>();
+  result.left = inverse.cast<Complex>();
+  for (Index k = 0; k + 1 < real.cols(); ++k) {
+    if (!(result.values[k].imag() > 0.0)) continue;
+    const Complex i(0.0, 1.0);
+    result.right.col(k) += i * result.right.col(k + 1);
+    result.right.col(k + 1) = result.right.col(k).conjugate();
+    result.left.row(k) = 0.5 * (result.left.row(k) - i * result.left.row(k + 1)).eval();
+    result.left.row(k + 1) = result.left.row(k).conjugate();
   }
   return result;
-}
-
-EigenSystem eigensystem(const MatrixXd& matrix, bool vectors) {
-  return is_wide(matrix) ? decompose<long double>(matrix, vectors) : decompose<double>(matrix, vectors);
 }
 
 VectorXcd eigenvalues(const MatrixXd& matrix) {
@@ -117,8 +116,8 @@ VectorXcd zeros_of_strictly_proper(const FilterBank& bank, const RowVectorXd& c)
   const double g = c * bank.b;
   if (g == 0.0) fail_degree(n - 1);
   if (n == 1) return {};
-  const MatrixXd q = Eigen::HouseholderQR<MatrixXd>(c.transpose()).householderQ();
-  const MatrixXd null_space = q.rightCols(n - 1);
+  const Eigen::HouseholderQR<MatrixXd> qr(c.transpose());
+  const MatrixXd null_space = q_times(qr.householderQ(), MatrixXd::Identity(n, n).rightCols(n - 1));
   const MatrixXd image = bank.a * null_space;
   return eigenvalues(null_space.transpose() * (image - bank.b * (c * image / g)));
 }

@@ -1,6 +1,7 @@
 #include <blockid/estimators/frequency_fit.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/data/orthogonal_factor.hpp>
 #include <blockid/estimators/accumulators.hpp>
 #include <blockid/estimators/detail/break_point_relocation.hpp>
 #include <blockid/estimators/excited_band.hpp>
@@ -295,8 +296,8 @@ VectorXd instrumental_step(const Tones& tones, const VectorXd& theta) {
   }
   const Eigen::HouseholderQR<MatrixXd> qr(z * norms.cwiseInverse().asDiagonal());
   const Index n = z.cols();
-  const MatrixXd projected = (qr.householderQ().transpose() * (x * norms.cwiseInverse().asDiagonal())).topRows(n);
-  const VectorXd right = (qr.householderQ().transpose() * y).head(n);
+  const MatrixXd projected = q_transpose_times(qr.householderQ(), x * norms.cwiseInverse().asDiagonal()).topRows(n);
+  const VectorXd right = q_transpose_times(qr.householderQ(), y).topRows(n);
   return projected.colPivHouseholderQr().solve(right).array() / norms.array();
 }
 

@@ -3,7 +3,6 @@
 #include <blockid/data/error.hpp>
 
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -59,16 +58,35 @@ MatrixX2d convolved(const VectorXd& v, const MatrixX2d& x) {
   return y;
 }
 
+/// R of the QR factorisation of two columns.
+Eigen::Matrix2d triangle(const MatrixX2d& columns) {
+  Eigen::Matrix2d r = Eigen::Matrix2d::Zero();
+  r(0, 0) = columns.col(0).norm();
+  const VectorXd first = columns.col(0) / r(0, 0);
+  VectorXd second = columns.col(1);
+  // Twice is enough for orthogonality to rounding.
+  for (int pass = 0; pass < 2; ++pass) {
+    const double projection = first.dot(second);
+    r(0, 1) += projection;
+    second -= projection * first;
+  }
+  r(1, 1) = second.norm();
+  return r;
+}
+
+/// The eigenvector of the larger eigenvalue of a symmetric matrix.
+Vector2d principal_direction(const Eigen::Matrix2d& symmetric) {
+  const double angle = 0.5 * std::atan2(2.0 * symmetric(0, 1), symmetric(0, 0) - symmetric(1, 1));
+  return {std::cos(angle), std::sin(angle)};
+}
+
 /// The combination c of unit length in the metric of `in` that makes |out c| / |in c| largest.
 Vector2d best_combination(const MatrixX2d& in, const MatrixX2d& out) {
   MatrixX2d stacked(in.rows() + 2, 2);
   stacked << in, kRelativeTau * in.norm() * Eigen::Matrix2d::Identity();
-  const Eigen::HouseholderQR<MatrixX2d> qr(stacked);
-  const Eigen::Matrix2d r = qr.matrixQR().topRows<2>();
-  const Eigen::Matrix2d ratio = r.triangularView<Eigen::Upper>().transpose().solve((out.transpose() * out).eval());
-  const Eigen::Matrix2d gram = r.triangularView<Eigen::Upper>().transpose().solve(ratio.transpose().eval());
-  const Vector2d direction = Eigen::JacobiSVD<Eigen::Matrix2d>(gram, Eigen::ComputeFullV).matrixV().col(0);
-  return r.triangularView<Eigen::Upper>().solve(direction);
+  const Eigen::Matrix2d whitening = triangle(stacked).inverse();
+  const Eigen::Matrix2d gram = whitening.transpose() * (out.transpose() * out) * whitening;
+  return whitening * principal_direction(gram);
 }
 
 /// sqrt(sum_t (sum_{k<=t} |x_k|)^2), t = 0..count-1.

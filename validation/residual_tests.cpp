@@ -1,6 +1,7 @@
 #include <blockid/validation/residual_tests.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/data/orthogonal_factor.hpp>
 #include <blockid/data/tail_probability.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -110,7 +111,7 @@ MatrixXd weighted_basis(const VectorXd& weights, const MatrixXd& columns) {
   Eigen::ColPivHouseholderQR<MatrixXd> qr(scaled.rows(), scaled.cols());
   qr.setThreshold(kRank);
   qr.compute(scaled);
-  return qr.householderQ() * MatrixXd::Identity(scaled.rows(), qr.rank());
+  return q_times(qr.householderQ(), MatrixXd::Identity(scaled.rows(), qr.rank()));
 }
 
 /// `basis` with one direction more, unless it holds that already.

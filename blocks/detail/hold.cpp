@@ -213,4 +213,8 @@ Eigen::MatrixXd matrix_exponential(const Eigen::MatrixXd& m) {
   return m.exp();
 }
 
+template SampledSystem<double> sampled_system(const MatrixOf<double>&, const VectorOf<double>&, const Sampling&);
+template HeldSystem<double> held_system(const MatrixOf<double>&, const VectorOf<double>&, const Sampling&);
+template HeldSystem<TileJet> held_system(const MatrixOf<TileJet>&, const VectorOf<TileJet>&, const Sampling&);
+
 }  // namespace blockid::detail

@@ -1,6 +1,7 @@
 // x' = A x + B u from sample to sample, exact for an input that is piecewise polynomial.
 #pragma once
 
+#include <blockid/blocks/detail/jet_push_forward.hpp>
 #include <blockid/blocks/hold.hpp>
 
 #include <Eigen/Core>
@@ -96,6 +97,7 @@ SampledSystem<T> sampled_system(const MatrixOf<T>& a, const VectorOf<T>& b, cons
   const MatrixOf<T> weights = pieces.weights.template cast<T>();
   return {step.topLeftCorner(n, n), step.topRightCorner(n, m) * weights};
 }
+extern template SampledSystem<double> sampled_system(const MatrixOf<double>&, const VectorOf<double>&, const Sampling&);
 
 /// The same as a causal filter of u, lagging by hold_latency():
 ///   x_t = sum_{j=0..M-1} heads_j u_{t-j} + xi_t,   xi_{t+1} = transition xi_t + entry u_{t-M+1}.
@@ -133,5 +135,7 @@ HeldSystem<T> held_system(const MatrixOf<T>& a, const VectorOf<T>& b, const Samp
   system.entry = x;
   return system;
 }
+extern template HeldSystem<double> held_system(const MatrixOf<double>&, const VectorOf<double>&, const Sampling&);
+extern template HeldSystem<TileJet> held_system(const MatrixOf<TileJet>&, const VectorOf<TileJet>&, const Sampling&);
 
 }  // namespace blockid::detail

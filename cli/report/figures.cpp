@@ -165,9 +165,9 @@ SharesLayer shares_layer(const Candidate& candidate, bool pole, bool in_first) {
     roots.push_back(share.value);
     if (share.value.imag() != 0.0) roots.push_back(std::conj(share.value));
     if (std::abs(share.value) > kMapRadius) continue;
-    layer.labels += "set label " + quoted(fixed_number(share.exponent, 2)) + " at " + number(share.value.real()) + "," +
-                    number(share.value.imag()) + " left offset 0.8,0.5 front textcolor rgb " +
-                    quoted(kFilterColours[in_first ? 0 : 1]) + "\n";
+    layer.labels += "set label " + plot_text(fixed_number(share.exponent, 2)) + " at " + number(share.value.real()) +
+                    "," + number(share.value.imag()) + " left offset 0.8,0.5 front textcolor rgb " +
+                    plot_text(kFilterColours[in_first ? 0 : 1]) + "\n";
   }
   layer.points = points_of(roots);
   return layer;
@@ -199,11 +199,11 @@ Figure zoom_figure(const ScoredRecord& scored, const std::string& set, Index beg
       kFigureStyles +
       data_block(
           "d", {t, record.y.segment(first, length), scored.yhat.segment(first, length), error.segment(first, length)}) +
-      x_range(t) + upper_panel(0.62) + "set ylabel " + quoted(axis_label(record.output_name, record.output_unit)) +
+      x_range(t) + upper_panel(0.62) + "set ylabel " + plot_text(axis_label(record.output_name, record.output_unit)) +
       "\nplot $d using 1:2 with lines ls 1 title 'measured', $d using 1:3 with lines ls 2 title "
       "'simulated'\n" +
       lower_panel(0.62) + symmetric_range(error.segment(first, length).cwiseAbs().maxCoeff()) +
-      "set xlabel 'time [s]'\nset ylabel " + quoted(axis_label("error", record.output_unit)) +
+      "set xlabel 'time [s]'\nset ylabel " + plot_text(axis_label("error", record.output_unit)) +
       "\nplot $d using 1:4 with lines ls 3\nunset multiplot\n";
   return figure;
 }
@@ -222,10 +222,10 @@ Figure whole_figure(const ScoredRecord& scored, const std::string& set, Index be
                 .height = 420};
   figure.script = kFigureStyles + data_block("d", {t, measured.lower, measured.upper, error.lower, error.upper}) +
                   x_range(t) + upper_panel(0.62) + "set ylabel " +
-                  quoted(axis_label(record.output_name, record.output_unit)) +
+                  plot_text(axis_label(record.output_name, record.output_unit)) +
                   "\nplot $d using 1:2:3 with filledcurves fillcolor rgb '#4b5563' title 'measured'\n" +
                   lower_panel(0.62) + symmetric_range(residual.cwiseAbs().maxCoeff()) +
-                  "set xlabel 'time [s]'\nset ylabel " + quoted(axis_label("error", record.output_unit)) +
+                  "set xlabel 'time [s]'\nset ylabel " + plot_text(axis_label("error", record.output_unit)) +
                   "\nplot $d using 1:4:5 with filledcurves fillcolor rgb '#dc2626'\nunset multiplot\n";
   return figure;
 }
@@ -261,7 +261,7 @@ Figure bode_figure(const std::string& name, const BodeBand& band, const Measured
     if (has_band) plot += "$d using 1:" + low + ":" + high + " with filledcurves " + kBandColour + " title '2 sigma', ";
     if (has_points) {
       plot += "$m using 1:" + std::to_string(column == 2 ? 2 : 3) + " with points pt 7 ps " + number(measured.size, 3) +
-              " lc rgb '#9ca3af' title " + quoted(measured.label) + ", ";
+              " lc rgb '#9ca3af' title " + plot_text(measured.label) + ", ";
     }
     return plot + "$d using 1:" + c + " with lines ls 2 title 'model'\n";
   };
@@ -346,8 +346,8 @@ Figure root_shares_figure(const Candidate& candidate) {
       const std::string name = (pole ? "p" : "z") + filter;
       figure.script += data_block(name, {layer.points.real, layer.points.imaginary}) + layer.labels;
       plots += ", $" + name + " using 1:2 with points pt " + (pole ? "2" : "6") + " ps 1.2 lw 2 lc rgb " +
-               quoted(kFilterColours[in_first ? 0 : 1]) + " title '" + (pole ? "poles" : "zeros") + " to G" + filter +
-               "'";
+               plot_text(kFilterColours[in_first ? 0 : 1]) + " title '" + (pole ? "poles" : "zeros") + " to G" +
+               filter + "'";
     }
   }
   figure.script += z_plane(reach) + plots + "\n";
@@ -371,8 +371,8 @@ Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, c
   figure.script =
       kFigureStyles + data_block("h", {counts.centre, 100.0 * counts.share}) +
       data_block("d", {band.u, band.f, band.f - 2.0 * band.deviation, band.f + 2.0 * band.deviation}) + x_range(grid) +
-      "set border 11\nset rmargin 9\nset xlabel " + quoted("input of " + leaf.path) + "\nset ylabel " +
-      quoted("output of " + leaf.path) +
+      "set border 11\nset rmargin 9\nset xlabel " + plot_text("input of " + leaf.path) + "\nset ylabel " +
+      plot_text("output of " + leaf.path) +
       "\nset y2label 'share of samples [%]'\nset ytics nomirror\nset y2tics\nset y2range [0:" +
       number(std::max(300.0 * counts.share.maxCoeff(), 1e-3), 4) + "]\nset boxwidth " + number(counts.width, 8) +
       "\nplot $h using 1:2 axes x1y2 with boxes fillcolor rgb '#d1d5db' fillstyle solid 1 " +
@@ -399,7 +399,7 @@ Figure spectrum_figure(const ScoredRecord& scored, const std::string& set) {
   figure.script = kFigureStyles +
                   data_block("d", {output.frequency_hz, decibels(output.density), decibels(error.density)}) +
                   x_range(output.frequency_hz) + "set xlabel 'frequency [Hz]'\nset ylabel " +
-                  quoted("density [dB re " + unit + "]") +
+                  plot_text("density [dB re " + unit + "]") +
                   "\nplot $d using 1:2 with lines ls 1 title 'measured output', $d using 1:3 with lines ls 3 title "
                   "'error'\n";
   return figure;

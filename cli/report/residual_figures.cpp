@@ -38,7 +38,7 @@ Correlogram correlogram(const ResidualTests& tests, const std::vector<Kind>& kin
 }
 
 std::string plot(const std::string& block, const std::string& title) {
-  return "plot $" + block + " using 1:2 with impulses ls 2 lw 2.5 title " + quoted(title) + ", $" + block +
+  return "plot $" + block + " using 1:2 with impulses ls 2 lw 2.5 title " + plot_text(title) + ", $" + block +
          " using 1:3 with lines ls 4 title 'band', $" + block + " using 1:(-$3) with lines ls 4 notitle\n";
 }
 
@@ -128,7 +128,7 @@ Figure periodic_error_figure(const PeriodicError& error, const std::string& unit
   const std::string density_unit = unit.empty() ? "1/Hz" : unit + "²/Hz";
   figure.script = kFigureStyles +
                   data_block("d", {error.frequency_hz, decibels(error.error_density), decibels(error.noise_density)}) +
-                  "set xlabel 'frequency [Hz]'\nset ylabel " + quoted("density [dB re " + density_unit + "]") +
+                  "set xlabel 'frequency [Hz]'\nset ylabel " + plot_text("density [dB re " + density_unit + "]") +
                   "\nplot $d using 1:3 with lines ls 4 title 'noise of one period', $d using 1:2 with points ls 3 pt 7 "
                   "ps 0.4 title 'error of the model'\n";
   return figure;

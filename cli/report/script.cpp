@@ -6,7 +6,7 @@
 
 namespace blockid::cli {
 
-std::string quoted(std::string_view text) {
+std::string plot_text(std::string_view text) {
   std::string result = "'";
   for (const char c : text) {
     const bool control = static_cast<unsigned char>(c) < ' ';

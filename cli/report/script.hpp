@@ -23,7 +23,7 @@ set lmargin 11
 )";
 
 /// Text as a gnuplot string in single quotes; line breaks become blanks.
-std::string quoted(std::string_view text);
+std::string plot_text(std::string_view text);
 
 /// `$name << EOD ... EOD`: a row for each entry, a column for each vector; non-finite numbers as NaN. All (n,).
 std::string data_block(const std::string& name, const std::vector<Eigen::VectorXd>& columns);

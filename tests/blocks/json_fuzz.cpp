@@ -71,7 +71,7 @@ std::string complete_model() {
 }
 
 /// Quotes in place of apostrophes.
-std::string quoted(std::string text) {
+std::string in_quotes(std::string text) {
   std::replace(text.begin(), text.end(), '\'', '"');
   return text;
 }
@@ -82,10 +82,10 @@ TEST(JsonFuzz, OnlyErrorsEscapeAndAcceptedModelsReadBack) {
       {
           complete_model(),
           blockid::to_json(blockid::make_model(blockid::parse("spline(knots=4)"))),
-          quoted("{'format':'blockid-model','version':1,'chain':'gain','sample_time_s':2,"
-                 "'parameters':[{'name':'gain1.k','value':3}]}"),
-          quoted("{'format':'blockid-model','version':1,'chain':'delay(samples=1)','sample_time_s':1,"
-                 "'parameters':[],'initial_state':[0.5],'input':{'name':'\\u00b5\\n'}}"),
+          in_quotes("{'format':'blockid-model','version':1,'chain':'gain','sample_time_s':2,"
+                    "'parameters':[{'name':'gain1.k','value':3}]}"),
+          in_quotes("{'format':'blockid-model','version':1,'chain':'delay(samples=1)','sample_time_s':1,"
+                    "'parameters':[],'initial_state':[0.5],'input':{'name':'\\u00b5\\n'}}"),
       },
       {"{",
        "}",

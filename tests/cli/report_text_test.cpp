@@ -44,7 +44,7 @@ TEST(TextTable, ColumnsLineUp) {
 }
 
 TEST(Script, StringsCannotLeaveTheirQuotes) {
-  EXPECT_EQ(quoted("a'b\nc"), "'a''b c'");
+  EXPECT_EQ(plot_text("a'b\nc"), "'a''b c'");
   EXPECT_EQ(axis_label("y", "V"), "y [V]");
   EXPECT_EQ(axis_label("y", ""), "y");
   VectorXd x(2);
@@ -97,7 +97,8 @@ TEST(Gnuplot, PicturesStandAlone) {
 
 TEST(Gnuplot, DrawsOrSaysWhyNot) {
   if (!gnuplot_is_there()) GTEST_SKIP() << kGnuplotMissing;
-  const std::string svg = gnuplot_svg("set title " + quoted("it's `date` $(date) <&>") + "\nplot x\n", "p", 300, 200);
+  const std::string svg =
+      gnuplot_svg("set title " + plot_text("it's `date` $(date) <&>") + "\nplot x\n", "p", 300, 200);
   EXPECT_EQ(svg.rfind("<svg", 0), 0u);
   EXPECT_THAT(svg, HasSubstr("it's `date` $(date) &lt;&amp;"));
   EXPECT_THAT(svg, Not(HasSubstr("http")));
