@@ -8,6 +8,7 @@
 #include <blockid/estimators/detail/parallel_for.hpp>
 #include <blockid/estimators/detail/unknowns.hpp>
 #include <blockid/estimators/gauges.hpp>
+#include <blockid/estimators/stability.hpp>
 #include <blockid/estimators/static_parameters.hpp>
 
 #include <algorithm>
@@ -238,6 +239,39 @@ void final_round(Trial& trial, std::size_t place, const AnyBlock& chain, const D
   continue_trial(trial, trial.refit.model, data, round_options(options, iterations_left(), stage, progress));
 }
 
+/// An unstable model gives way to a stable one up to this factor of its RMSE.
+constexpr double kStableWorth = 1.02;
+
+/// A trial that ended with a pole outside the circle goes on from the reflected pole; kept when that ends stable and as
+/// good. Frozen parameters and bounds are the caller's word, and stay.
+void stabilise(Trial& trial, std::size_t place, const DataSet& data, const FitOptions& options,
+               SharedProgress& progress) {
+  if (!options.refit.frozen.empty() || options.refit.bounds || is_stable(trial.refit.model)) return;
+  if (progress.cancelled()) return;
+  Model reflected = with_reflected_poles(trial.refit.model);
+  if (!affine_parameters(reflected.chain).empty()) {
+    reflected = fit_static(reflected, data, options.refit.prediction).model;
+  }
+  const std::string stage = "finalist " + std::to_string(place + 1) + ", poles reflected";
+  RefitReport report = refit(reflected, data, round_options(options, options.refit.max_iterations, stage, progress));
+  const bool taken = is_stable(report.model) && report.rmse <= kStableWorth * trial.refit.rmse;
+  report.iterations += trial.refit.iterations;
+  report.wall_seconds += trial.refit.wall_seconds;
+  report.initial_rmse = trial.refit.initial_rmse;
+  if (taken) trial.refit = std::move(report);
+}
+
+/// The best trial in front; a stable one instead when it is as good.
+void rank(std::vector<Trial>& trials, std::size_t count) {
+  const auto last = trials.begin() + static_cast<std::ptrdiff_t>(count);
+  std::stable_sort(trials.begin(), last, better);
+  const double limit = kStableWorth * trials.front().refit.rmse;
+  const auto stable = std::find_if(trials.begin(), last, [&](const Trial& trial) {
+    return trial.refit.rmse <= limit && is_stable(trial.refit.model);
+  });
+  if (stable != last) std::rotate(trials.begin(), stable, stable + 1);
+}
+
 /// Gains by convention, and the covariance in those coordinates.
 void finish(FitResult& result, const DataSet& data, const FitOptions& options) {
   RefitReport& report = result.report;
@@ -293,9 +327,11 @@ FitResult fit(const AnyBlock& chain, const DataSet& data, const Initialiser& ini
   const std::size_t count = std::min(result.trials.size(), static_cast<std::size_t>(options.best));
   first_round(result.trials, count, data, options, progress);
   const std::size_t finalists = std::min(count, static_cast<std::size_t>(std::max(options.finalists, 1)));
-  detail::parallel_for(finalists, options.threads,
-                       [&](std::size_t k) { final_round(result.trials[k], k, chain, data, options, progress); });
-  std::stable_sort(result.trials.begin(), result.trials.begin() + static_cast<std::ptrdiff_t>(count), better);
+  detail::parallel_for(finalists, options.threads, [&](std::size_t k) {
+    final_round(result.trials[k], k, chain, data, options, progress);
+    stabilise(result.trials[k], k, data, options, progress);
+  });
+  rank(result.trials, count);
   result.report = result.trials.front().refit;
   if (progress.cancelled()) result.report.status = FitStatus::cancelled;
   finish(result, data, options);

@@ -42,7 +42,8 @@ struct FitResult {
   /// The best model with standard deviations; normalised unless parameters were frozen.
   Model model;
   RefitReport report;
-  /// Refitted trials first, best first; then the others in the initialiser's order.
+  /// Refitted trials first, best first, where a stable model precedes an unstable one of up to 2 % less RMSE; then the
+  /// others in the initialiser's order.
   std::vector<Trial> trials = {};
   double wall_seconds = 0.0;
 
@@ -51,6 +52,9 @@ struct FitResult {
 };
 
 /// Candidates by `initialiser` for `chain`, the best refitted, all returned, best first.
+///
+/// A finalist with poles outside the unit circle is refitted from the reflected poles as well, and a stable model is
+/// taken when it costs no more than 2 % of RMSE; not with frozen parameters or bounds.
 ///
 /// Throws Error for a caller's mistake (see refit()). A cancelled fit returns the best model so far with the status
 /// cancelled; when not even a candidate was found, the blocks' initial parameters.

@@ -71,6 +71,18 @@ bool PredictorCost::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
+namespace {
+
+/// The bases without the parameters that are not listed; `listed` ascending.
+std::vector<LocalBasis> restricted(std::vector<LocalBasis> bases, const std::vector<Index>& listed) {
+  for (LocalBasis& basis : bases) {
+    std::erase_if(basis, [&](Index k) { return !std::binary_search(listed.begin(), listed.end(), k); });
+  }
+  return bases;
+}
+
+}  // namespace
+
 /// Everything that one evaluation at q knows.
 struct EliminatedCost::Solved {
   Eigen::VectorXd p;
@@ -78,10 +90,12 @@ struct EliminatedCost::Solved {
   LinearSolution affine;
 };
 
-EliminatedCost::EliminatedCost(const ResidualFunction& function, std::vector<Index> eliminated, Eigen::VectorXd start)
+EliminatedCost::EliminatedCost(const ResidualFunction& function, std::vector<Index> eliminated, Eigen::VectorXd start,
+                               std::vector<LocalBasis> local)
     : function_(function),
       eliminated_(std::move(eliminated)),
       remaining_(detail::complement(eliminated_, function.unknown_count())),
+      local_(restricted(std::move(local), eliminated_)),
       last_(std::move(start)) {
   mutable_parameter_block_sizes()->push_back(static_cast<int>(remaining_.size()));
   set_num_residuals(static_cast<int>(remaining_.size()) + 1);
@@ -94,6 +108,7 @@ bool EliminatedCost::solve(const Eigen::VectorXd& q, Solved& solved) const {
   NormalEquations sums(function_.unknown_count() + 1);
   if (!function_.accumulate(solved.p, sums)) return false;
   solved.gram = sums.gram();
+  detail::leave_out(detail::untouched_parameters(solved.gram, local_), solved.gram);
   solved.affine = solve_least_squares(detail::gram_of(solved.gram, eliminated_));
   return true;
 }

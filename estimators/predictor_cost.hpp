@@ -2,6 +2,7 @@
 #pragma once
 
 #include <blockid/estimators/residual_function.hpp>
+#include <blockid/estimators/static_parameters.hpp>
 
 #include <ceres/cost_function.h>
 
@@ -44,7 +45,9 @@ class PredictorCost final : public ceres::CostFunction {
 class EliminatedCost final : public ceres::CostFunction {
  public:
   /// eliminated: ascending indices into the unknowns, in which the residuals are affine. start: (P,) all unknowns.
-  EliminatedCost(const ResidualFunction& function, std::vector<Index> eliminated, Eigen::VectorXd start);
+  /// local: bases of which the parameters that the data hardly touch keep the value that they have in `start`.
+  EliminatedCost(const ResidualFunction& function, std::vector<Index> eliminated, Eigen::VectorXd start,
+                 std::vector<LocalBasis> local = {});
 
   const std::vector<Index>& remaining() const { return remaining_; }
 
@@ -61,6 +64,7 @@ class EliminatedCost final : public ceres::CostFunction {
   const ResidualFunction& function_;
   std::vector<Index> eliminated_;
   std::vector<Index> remaining_;
+  std::vector<LocalBasis> local_;
   // Ceres asks for the Jacobian where it has just asked for the cost: c* is kept for that.
   mutable Eigen::VectorXd last_;
   // False as long as last_ is the caller's start, whose affine parameters are not c*.

@@ -191,7 +191,7 @@ detail::SearchResult search_jointly(const Task& task) {
 }
 
 detail::SearchResult search_eliminated(const Task& task, const std::vector<Index>& eliminated) {
-  EliminatedCost cost(task.predictor, eliminated, task.p);
+  EliminatedCost cost(task.predictor, eliminated, task.p, local_bases(task.model.chain));
   detail::SearchResult result = search(task, cost, cost.remaining(), Handover::compressed);
   const Eigen::VectorXd complete = cost.complete(result.q);
   result.q = complete.size() > 0 ? complete : task.p;

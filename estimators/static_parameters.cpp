@@ -2,7 +2,9 @@
 
 #include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/parallel.hpp>
+#include <blockid/blocks/piecewise_linear.hpp>
 #include <blockid/blocks/series.hpp>
+#include <blockid/blocks/spline.hpp>
 #include <blockid/blocks/tied.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/gram_parts.hpp>
@@ -10,13 +12,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <numeric>
 
 namespace blockid {
 namespace {
 
 /// Numbers that only affine inner parameters follow.
-void collect_tied(const Tied& tied, Index offset, std::vector<Index>& found) {
+std::vector<Index> affine_numbers(const Tied& tied) {
+  std::vector<Index> found;
   const std::vector<Index> inner = affine_parameters(tied.inner());
   for (Index j = 0; j < tied.parameter_count(); ++j) {
     bool affine = true;
@@ -24,33 +29,35 @@ void collect_tied(const Tied& tied, Index offset, std::vector<Index>& found) {
       if (tied.ties()[static_cast<std::size_t>(k)].index != j) continue;
       affine = affine && std::binary_search(inner.begin(), inner.end(), k);
     }
-    if (affine) found.push_back(offset + j);
+    if (affine) found.push_back(j);
   }
+  return found;
 }
 
-void collect(const AnyBlock& block, Index offset, std::vector<Index>& found) {
-  if (const auto* tied = block.target<Tied>()) return collect_tied(*tied, offset, found);
+/// visit(block, offset): every block with affine parameters that is neither a row nor a sum; offset of its theta.
+template <class Visit>
+void visit_affine(const AnyBlock& block, Index offset, const Visit& visit) {
+  if (block.target<Tied>() != nullptr) return visit(block, offset);
   // Resampling is linear.
   if (const auto* oversampled = block.target<Oversampled>()) {
-    collect(oversampled->inner(), offset, found);
+    visit_affine(oversampled->inner(), offset, visit);
     return;
   }
   const std::vector<LabelledBlock> children = block.children();
   if (children.empty()) {
-    if (block.is_linear() || !block.is_linear_in_parameters()) return;
-    for (Index k = 0; k < block.parameter_count(); ++k) found.push_back(offset + k);
+    if (!block.is_linear() && block.is_linear_in_parameters()) visit(block, offset);
     return;
   }
   if (const auto* series = block.target<Series>()) {
     for (std::size_t k = children.size(); k-- > 0;) {
       if (children[k].block.is_linear()) continue;
-      collect(children[k].block, offset + series->parameter_offset(static_cast<Index>(k)), found);
+      visit_affine(children[k].block, offset + series->parameter_offset(static_cast<Index>(k)), visit);
       return;
     }
     return;
   }
   for (const LabelledBlock& branch : children) {
-    collect(branch.block, offset, found);
+    visit_affine(branch.block, offset, visit);
     offset += branch.block.parameter_count();
   }
 }
@@ -59,7 +66,24 @@ void collect(const AnyBlock& block, Index offset, std::vector<Index>& found) {
 
 std::vector<Index> affine_parameters(const AnyBlock& chain) {
   std::vector<Index> found;
-  collect(chain, 0, found);
+  visit_affine(chain, 0, [&found](const AnyBlock& block, Index offset) {
+    if (const auto* tied = block.target<Tied>()) {
+      for (const Index k : affine_numbers(*tied)) found.push_back(offset + k);
+      return;
+    }
+    for (Index k = 0; k < block.parameter_count(); ++k) found.push_back(offset + k);
+  });
+  return found;
+}
+
+std::vector<LocalBasis> local_bases(const AnyBlock& chain) {
+  std::vector<LocalBasis> found;
+  visit_affine(chain, 0, [&found](const AnyBlock& block, Index offset) {
+    if (block.target<Spline>() == nullptr && block.target<PiecewiseLinear>() == nullptr) return;
+    LocalBasis basis(static_cast<std::size_t>(block.parameter_count()));
+    std::iota(basis.begin(), basis.end(), offset);
+    found.push_back(std::move(basis));
+  });
   return found;
 }
 
@@ -74,7 +98,9 @@ StaticFit fit_static(const Model& model, const DataSet& data, const PredictionOp
   NormalEquations sums(predictor.unknown_count() + 1);
   StaticFit result{model, std::numeric_limits<double>::infinity(), 0, std::numeric_limits<double>::infinity(), false};
   if (!predictor.accumulate(p, sums)) return result;
-  const LinearSolution solution = solve_least_squares(detail::gram_of(sums.gram(), affine));
+  Eigen::MatrixXd gram = sums.gram();
+  detail::leave_out(detail::untouched_parameters(gram, local_bases(model.chain)), gram);
+  const LinearSolution solution = solve_least_squares(detail::gram_of(gram, affine));
   // J = dr/dc, so the minimiser of |r + J dc| is minus that of |r - J x|.
   result.model.parameters(affine) -= solution.x;
   result.rmse = std::sqrt(solution.residual_sum_of_squares / static_cast<double>(predictor.counted_samples()));

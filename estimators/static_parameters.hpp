@@ -16,6 +16,13 @@ namespace blockid {
 /// branch.
 std::vector<Index> affine_parameters(const AnyBlock& chain);
 
+/// Affine parameters of one block whose basis functions differ from zero on a piece of the input's range only:
+/// ascending indices into theta.
+using LocalBasis = std::vector<Index>;
+
+/// Of the splines and polylines among the blocks of affine_parameters().
+std::vector<LocalBasis> local_bases(const AnyBlock& chain);
+
 /// A model after least squares over its affine parameters.
 struct StaticFit {
   Model model;
@@ -28,7 +35,8 @@ struct StaticFit {
 };
 
 /// argmin over the affine parameters of sum_t r_t^2, all other parameters as in `model`: one pass over the data.
-/// Throws Error when the chain has no affine parameters. Directions without data keep the values of `model`.
+/// Throws Error when the chain has no affine parameters. Directions without data keep the values of `model`, and
+/// so do parameters of a local basis that the data hardly touch.
 StaticFit fit_static(const Model& model, const DataSet& data, const PredictionOptions& options = {});
 
 }  // namespace blockid

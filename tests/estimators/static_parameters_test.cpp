@@ -1,5 +1,7 @@
 #include <blockid/estimators/static_parameters.hpp>
 
+#include <blockid/estimators/refit.hpp>
+
 #include "data/message.hpp"
 #include "estimators/dense_twin.hpp"
 #include "estimators/systems.hpp"
@@ -131,6 +133,46 @@ TEST(FitStaticEdgeTest, NotFiniteIsAResultAndNothingAffineAnError) {
   EXPECT_EQ(fitted.model.parameters, unstable.parameters);
   EXPECT_TRUE(std::isinf(fitted.rmse));
   EXPECT_THAT(BLOCKID_MESSAGE(fit_static(testing::linear(), record)), HasSubstr("linear in its parameters"));
+}
+
+/// Ten intervals of 0.2 on [-1, 1] and one sample, the last, a thousandth of an interval inside the tenth: B_13 = 1e-9
+/// there, so that least squares would multiply its noise by 1e9.
+Record record_that_touches_a_foot() {
+  testing::Noise numbers(7);
+  Record record;
+  record.u = 0.9 * Eigen::VectorXd::LinSpaced(500, -1.0, 1.0).array() - 0.1;
+  record.u[499] = 0.8002;
+  record.y = record.u.array().sin().matrix() + 0.01 * numbers.white(500);
+  return record;
+}
+
+TEST(LocalBasesTest, CoefficientThatOneSampleTouchesAtItsFootKeepsItsValue) {
+  const Model start = make_model(parse("f=spline(knots=11,range=[-1:1])"));
+  const DataSet data(record_that_touches_a_foot());
+  const StaticFit fitted = fit_static(start, data);
+  ASSERT_TRUE(fitted.finite);
+  EXPECT_EQ(fitted.model.parameters[12], start.parameters[12]);
+  EXPECT_EQ(fitted.rank, 12);
+  EXPECT_LT(fitted.rmse, 0.0105);
+}
+
+TEST(LocalBasesTest, EliminationKeepsSuchACoefficient) {
+  Model start = make_model(parse("G=rational(nb=0,na=1) | f=spline(knots=11,range=[-1:1])"));
+  start.parameters.head(2) << 1.0, 0.0;
+  const DataSet data(record_that_touches_a_foot());
+  RefitOptions options;
+  options.static_parameters = StaticParameters::eliminated;
+  options.frozen = {"G.*"};
+  const Model refitted = refit(fit_static(start, data).model, data, options).model;
+  EXPECT_LT(refitted.parameters.tail(13).cwiseAbs().maxCoeff(), 2.0);
+}
+
+TEST(LocalBasesTest, SplinesAndPolylinesBehindWhichOnlyLinearBlocksStand) {
+  const AnyBlock chain =
+      parse("s=spline(knots=3) | G=fir(nb=1) | [f=spline(knots=[-1,0,2]) + g=polynomial(degree=2) | H=gain]");
+  const std::vector<LocalBasis> bases = local_bases(chain);
+  ASSERT_EQ(bases.size(), 1U);
+  EXPECT_THAT(bases[0], ElementsAre(7, 8, 9, 10, 11));
 }
 
 }  // namespace

@@ -1,0 +1,88 @@
+#include <blockid/estimators/stability.hpp>
+
+#include <blockid/blocks/rational.hpp>
+#include <blockid/blocks/series.hpp>
+#include <blockid/estimators/polynomial_model.hpp>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <complex>
+#include <span>
+
+namespace blockid {
+namespace {
+
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+/// Radius that a reflected pole does not exceed: a pole on the circle reflects onto itself.
+constexpr double kLargestRadius = 0.999;
+
+/// visit(filter, offset): the rational filters below `block`; offset of their theta.
+template <class Visit>
+void visit_rational(const AnyBlock& block, Index offset, const Visit& visit) {
+  if (const auto* rational = block.target<Rational>()) return visit(*rational, offset);
+  for (const LabelledBlock& child : block.children()) {
+    visit_rational(child.block, offset, visit);
+    offset += child.block.parameter_count();
+  }
+}
+
+std::span<const double> part(const VectorXd& theta, const Rational& filter, Index offset) {
+  return {theta.data() + offset, static_cast<std::size_t>(filter.parameter_count())};
+}
+
+/// Roots of z^n + a_1 z^(n-1) + ... + a_n.
+VectorXcd roots_of_monic(const VectorXd& a) {
+  const Index n = a.size() - 1;
+  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(n, n);
+  companion.row(0) = -a.tail(n).transpose();
+  companion.diagonal(-1).setOnes();
+  return Eigen::EigenSolver<Eigen::MatrixXd>(companion, false).eigenvalues();
+}
+
+/// (1, a_1, ..., a_n) of the monic polynomial with these roots, which are closed under conjugation.
+VectorXd monic_polynomial(const VectorXcd& roots) {
+  VectorXcd a = VectorXcd::Zero(roots.size() + 1);
+  a[0] = 1.0;
+  for (Index k = 0; k < roots.size(); ++k) {
+    for (Index j = k + 1; j >= 1; --j) a[j] -= roots[k] * a[j - 1];
+  }
+  return a.real();
+}
+
+/// theta with poles reflected, in place.
+void reflect(const Rational& filter, Index offset, VectorXd& theta) {
+  VectorXcd poles = roots_of_monic(filter.denominator(part(theta, filter, offset)));
+  double gain = 1.0;
+  for (std::complex<double>& pole : poles) {
+    const double radius = std::abs(pole);
+    if (radius < 1.0) continue;
+    gain /= radius;
+    pole *= std::min(1.0 / radius, kLargestRadius) / radius;
+  }
+  theta.segment(offset, filter.nb() + 1) *= gain;
+  theta.segment(offset + filter.nb() + 1, filter.na()) = monic_polynomial(poles).tail(filter.na());
+}
+
+}  // namespace
+
+bool is_stable(const Model& model) {
+  bool stable = true;
+  visit_rational(model.chain, 0, [&](const Rational& filter, Index offset) {
+    stable = stable && has_roots_inside_circle(filter.denominator(part(model.parameters, filter, offset)));
+  });
+  return stable;
+}
+
+Model with_reflected_poles(const Model& model) {
+  Model result = model;
+  result.standard_deviations.resize(0);
+  visit_rational(model.chain, 0, [&](const Rational& filter, Index offset) {
+    if (has_roots_inside_circle(filter.denominator(part(model.parameters, filter, offset)))) return;
+    reflect(filter, offset, result.parameters);
+  });
+  return result;
+}
+
+}  // namespace blockid
