@@ -196,6 +196,15 @@ void first_round(std::vector<Trial>& trials, std::size_t count, const DataSet& d
   std::stable_sort(trials.begin(), trials.begin() + static_cast<std::ptrdiff_t>(count), better);
 }
 
+/// What a refit ended with becomes the trial's.
+void take(RefitReport&& report, Trial& trial) {
+  trial.refit.model = std::move(report.model);
+  trial.refit.rmse = report.rmse;
+  trial.refit.status = report.status;
+  trial.refit.message = std::move(report.message);
+  trial.refit.initial_states = std::move(report.initial_states);
+}
+
 /// One more refit of a trial; kept only when it does not lose.
 void continue_trial(Trial& trial, const Model& start, const DataSet& data, const RefitOptions& settings) {
   RefitReport report = refit(start, data, settings);
@@ -203,13 +212,9 @@ void continue_trial(Trial& trial, const Model& start, const DataSet& data, const
   trial.refit.wall_seconds += report.wall_seconds;
   // Equal to rounding is no loss: a search that starts at its minimum reports convergence.
   if (!(report.rmse <= trial.refit.rmse * (1.0 + kEqualRmse))) return;
-  trial.refit.model = std::move(report.model);
-  trial.refit.rmse = report.rmse;
-  trial.refit.status = report.status;
-  trial.refit.message = std::move(report.message);
   trial.refit.free_parameters = report.free_parameters;
-  trial.refit.held = std::move(report.held);
-  trial.refit.initial_states = std::move(report.initial_states);
+  trial.refit.held = report.held;
+  take(std::move(report), trial);
 }
 
 /// Whether a frozen parameter belongs to what least squares would refill after a move of the knots.
@@ -242,23 +247,29 @@ void final_round(Trial& trial, std::size_t place, const AnyBlock& chain, const D
 /// An unstable model gives way to a stable one up to this factor of its RMSE.
 constexpr double kStableWorth = 1.02;
 
-/// A trial that ended with a pole outside the circle goes on from the reflected pole; kept when that ends stable and as
-/// good. Frozen parameters and bounds are the caller's word, and stay.
+/// A trial that ended with a pole outside the circle goes on from the reflected pole, first free, then with the
+/// denominator frozen; kept when that ends stable and as good. Frozen parameters and bounds are the caller's word: they
+/// stay.
 void stabilise(Trial& trial, std::size_t place, const DataSet& data, const FitOptions& options,
                SharedProgress& progress) {
-  if (!options.refit.frozen.empty() || options.refit.bounds || is_stable(trial.refit.model)) return;
-  if (progress.cancelled()) return;
+  const std::vector<std::string> denominators = unstable_denominators(trial.refit.model);
+  if (denominators.empty() || !options.refit.frozen.empty() || options.refit.bounds) return;
   Model reflected = with_reflected_poles(trial.refit.model);
   if (!affine_parameters(reflected.chain).empty()) {
     reflected = fit_static(reflected, data, options.refit.prediction).model;
   }
   const std::string stage = "finalist " + std::to_string(place + 1) + ", poles reflected";
-  RefitReport report = refit(reflected, data, round_options(options, options.refit.max_iterations, stage, progress));
-  const bool taken = is_stable(report.model) && report.rmse <= kStableWorth * trial.refit.rmse;
-  report.iterations += trial.refit.iterations;
-  report.wall_seconds += trial.refit.wall_seconds;
-  report.initial_rmse = trial.refit.initial_rmse;
-  if (taken) trial.refit = std::move(report);
+  RefitOptions settings = round_options(options, options.refit.max_iterations, stage, progress);
+  for (const std::vector<std::string>& frozen : {std::vector<std::string>{}, denominators}) {
+    if (progress.cancelled()) return;
+    settings.frozen = frozen;
+    RefitReport report = refit(reflected, data, settings);
+    trial.refit.iterations += report.iterations;
+    trial.refit.wall_seconds += report.wall_seconds;
+    if (!is_stable(report.model) || !(report.rmse <= kStableWorth * trial.refit.rmse)) continue;
+    take(std::move(report), trial);
+    return;
+  }
 }
 
 /// The best trial in front; a stable one instead when it is as good.

@@ -67,13 +67,18 @@ void reflect(const Rational& filter, Index offset, VectorXd& theta) {
 
 }  // namespace
 
-bool is_stable(const Model& model) {
-  bool stable = true;
+std::vector<std::string> unstable_denominators(const Model& model) {
+  const std::vector<std::string> all = model.chain.parameter_names();
+  std::vector<std::string> found;
   visit_rational(model.chain, 0, [&](const Rational& filter, Index offset) {
-    stable = stable && has_roots_inside_circle(filter.denominator(part(model.parameters, filter, offset)));
+    if (has_roots_inside_circle(filter.denominator(part(model.parameters, filter, offset)))) return;
+    const auto first = all.begin() + offset + filter.nb() + 1;
+    found.insert(found.end(), first, first + filter.na());
   });
-  return stable;
+  return found;
 }
+
+bool is_stable(const Model& model) { return unstable_denominators(model).empty(); }
 
 Model with_reflected_poles(const Model& model) {
   Model result = model;
