@@ -283,9 +283,13 @@ void rank(std::vector<Trial>& trials, std::size_t count) {
   if (stable != last) std::rotate(trials.begin(), stable, stable + 1);
 }
 
-/// Gains by convention, and the covariance in those coordinates.
+/// What the data do not touch in line with its neighbours, gains by convention, and the covariance in those
+/// coordinates.
 void finish(FitResult& result, const DataSet& data, const FitOptions& options) {
   RefitReport& report = result.report;
+  if (options.refit.frozen.empty() && !options.refit.bounds) {
+    report.model = with_untouched_straightened(report.model, data, options.refit.prediction);
+  }
   // Another gain would change what the caller froze.
   if (options.refit.hold_gauges && options.refit.frozen.empty()) {
     Model with_state = report.model;

@@ -54,7 +54,8 @@ struct FitResult {
 /// Candidates by `initialiser` for `chain`, the best refitted, all returned, best first.
 ///
 /// A finalist with poles outside the unit circle is refitted from the reflected poles as well, and a stable model is
-/// taken when it costs no more than 2 % of RMSE; not with frozen parameters or bounds.
+/// taken when it costs no more than 2 % of RMSE; at the end with_untouched_straightened() applies. Neither with frozen
+/// parameters or bounds.
 ///
 /// Throws Error for a caller's mistake (see refit()). A cancelled fit returns the best model so far with the status
 /// cancelled; when not even a candidate was found, the blocks' initial parameters.

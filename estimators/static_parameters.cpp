@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <numeric>
 
@@ -76,15 +77,67 @@ std::vector<Index> affine_parameters(const AnyBlock& chain) {
   return found;
 }
 
+namespace {
+
+bool is_local(const AnyBlock& block) {
+  return block.target<Spline>() != nullptr || block.target<PiecewiseLinear>() != nullptr;
+}
+
+}  // namespace
+
 std::vector<LocalBasis> local_bases(const AnyBlock& chain) {
   std::vector<LocalBasis> found;
   visit_affine(chain, 0, [&found](const AnyBlock& block, Index offset) {
-    if (block.target<Spline>() == nullptr && block.target<PiecewiseLinear>() == nullptr) return;
+    if (!is_local(block)) return;
     LocalBasis basis(static_cast<std::size_t>(block.parameter_count()));
     std::iota(basis.begin(), basis.end(), offset);
     found.push_back(std::move(basis));
   });
   return found;
+}
+
+namespace {
+
+/// (n_theta,) where on the input's axis a parameter of a local basis acts: a spline's Greville abscissae, the knots of
+/// a polyline. Zero for all others.
+Eigen::VectorXd abscissae(const AnyBlock& chain) {
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(chain.parameter_count());
+  visit_affine(chain, 0, [&all](const AnyBlock& block, Index offset) {
+    // y = u: each parameter is its place on the axis.
+    if (is_local(block)) all.segment(offset, block.parameter_count()) = block.initial_parameters();
+  });
+  return all;
+}
+
+/// Parameters of the basis that are listed, in a straight line with the nearest two that are not.
+void straighten(const LocalBasis& basis, const std::vector<Index>& untouched, const Eigen::VectorXd& places,
+                Eigen::VectorXd& theta) {
+  std::vector<Index> touched;
+  std::set_difference(basis.begin(), basis.end(), untouched.begin(), untouched.end(), std::back_inserter(touched));
+  if (touched.size() < 2) return;
+  for (const Index k : basis) {
+    if (!std::binary_search(untouched.begin(), untouched.end(), k)) continue;
+    const auto above = std::lower_bound(touched.begin() + 1, touched.end() - 1, k);
+    const Index left = *(above - 1);
+    const Index right = *above;
+    const double slope = (theta[right] - theta[left]) / (places[right] - places[left]);
+    theta[k] = theta[left] + slope * (places[k] - places[left]);
+  }
+}
+
+}  // namespace
+
+Model with_untouched_straightened(const Model& model, const DataSet& data, const PredictionOptions& options) {
+  const std::vector<LocalBasis> bases = local_bases(model.chain);
+  if (bases.empty()) return model;
+  const Predictor predictor(model.chain, data, options);
+  NormalEquations sums(predictor.unknown_count() + 1);
+  if (!predictor.accumulate(detail::unknowns_of(model, predictor), sums)) return model;
+  const std::vector<Index> untouched = detail::untouched_parameters(sums.gram(), bases);
+  const Eigen::VectorXd places = abscissae(model.chain);
+  Model result = model;
+  for (const LocalBasis& basis : bases) straighten(basis, untouched, places, result.parameters);
+  return result;
 }
 
 StaticFit fit_static(const Model& model, const DataSet& data, const PredictionOptions& options) {

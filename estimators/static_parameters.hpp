@@ -39,4 +39,8 @@ struct StaticFit {
 /// so do parameters of a local basis that the data hardly touch.
 StaticFit fit_static(const Model& model, const DataSet& data, const PredictionOptions& options = {});
 
+/// The model with those parameters of local bases that the data do not or hardly touch on the straight line through
+/// their two nearest touched neighbours: a spline goes on beyond the data as it left them.
+Model with_untouched_straightened(const Model& model, const DataSet& data, const PredictionOptions& options = {});
+
 }  // namespace blockid

@@ -156,6 +156,41 @@ TEST(LocalBasesTest, CoefficientThatOneSampleTouchesAtItsFootKeepsItsValue) {
   EXPECT_LT(fitted.rmse, 0.0105);
 }
 
+TEST(LocalBasesTest, UntouchedCoefficientsComeIntoLine) {
+  // Nothing beyond 0.8 but that sample, nothing in [-0.4, 0.2]: what only these would touch is interpolated.
+  DataSet data(record_that_touches_a_foot());
+  Record& record = data.records.front();
+  for (double& u : record.u) {
+    if (u > -0.4 && u < 0.2) u = 0.3;
+  }
+  record.y = record.u.array().sin();
+  Model model = make_model(parse("f=spline(knots=11,range=[-1:1]) | G=fir(nb=0)"));
+  const Eigen::VectorXd g = model.parameters.head(13);  // y = u: the abscissae
+  model.parameters.head(13) = g.array().square();
+  const Model straight = with_untouched_straightened(model, data);
+  const Eigen::VectorXd& c = straight.parameters;
+  const auto line = [&](Index a, Index b, Index k) { return c[a] + (c[b] - c[a]) / (g[b] - g[a]) * (g[k] - g[a]); };
+  EXPECT_NEAR(c[12], line(10, 11, 12), 1e-12);
+  EXPECT_GT(std::abs(c[12] - model.parameters[12]), 0.01);
+  // [-0.4, 0.2] are three pieces: no B-spline of four lies within them, all others are touched.
+  EXPECT_EQ(c.head(12), model.parameters.head(12));
+  EXPECT_EQ(c.tail(1), model.parameters.tail(1));
+  EXPECT_LT((simulate(straight, record.u) - simulate(model, record.u)).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(LocalBasesTest, GapsAreBridged) {
+  Record record;
+  record.u = Eigen::VectorXd::LinSpaced(100, -1.0, -0.65);
+  record.u.tail(50) = Eigen::VectorXd::LinSpaced(50, 0.65, 1.0);
+  record.y = record.u;
+  Model model = make_model(parse("f=piecewise_linear(knots=11,range=[-1:1])"));
+  model.parameters << 1, 2, 3, 9, 9, 9, 9, 9, 5, 7, 8;  // knots -0.4 .. 0.4 are not touched, -0.6 and 0.6 are
+  const Model straight = with_untouched_straightened(model, record);
+  Eigen::VectorXd expected = model.parameters;
+  for (Index k = 3; k <= 7; ++k) expected[k] = 3.0 + static_cast<double>(k - 2) * (5.0 - 3.0) / 6.0;
+  EXPECT_LT((straight.parameters - expected).cwiseAbs().maxCoeff(), 1e-12);
+}
+
 TEST(LocalBasesTest, EliminationKeepsSuchACoefficient) {
   Model start = make_model(parse("G=rational(nb=0,na=1) | f=spline(knots=11,range=[-1:1])"));
   start.parameters.head(2) << 1.0, 0.0;
