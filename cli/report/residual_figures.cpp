@@ -145,7 +145,7 @@ Figure noise_spectrum_figure(const NoiseSpectrumTest& test, const std::string& u
   const std::string density_unit = unit.empty() ? "1/Hz" : unit + "²/Hz";
   figure.script = kFigureStyles +
                   data_block("d", {test.frequency_hz, decibels(test.residual_density), decibels(test.noise_density)}) +
-                  "set xlabel 'frequency [Hz]'\nset ylabel " + quoted("density [dB re " + density_unit + "]") +
+                  "set xlabel 'frequency [Hz]'\nset ylabel " + plot_text("density [dB re " + density_unit + "]") +
                   "\nplot $d using 1:3 with linespoints ls 4 title 'noise', $d using 1:2 with linespoints ls 3 pt 7 "
                   "ps 0.6 title 'residual'\n";
   return figure;
