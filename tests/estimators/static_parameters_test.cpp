@@ -180,7 +180,8 @@ TEST(LocalBasesTest, UntouchedCoefficientsComeIntoLine) {
 
 TEST(LocalBasesTest, GapsAreBridged) {
   Record record;
-  record.u = Eigen::VectorXd::LinSpaced(100, -1.0, -0.65);
+  record.u.resize(100);
+  record.u.head(50) = Eigen::VectorXd::LinSpaced(50, -1.0, -0.65);
   record.u.tail(50) = Eigen::VectorXd::LinSpaced(50, 0.65, 1.0);
   record.y = record.u;
   Model model = make_model(parse("f=piecewise_linear(knots=11,range=[-1:1])"));
