@@ -4,6 +4,7 @@
 #include <blockid/blocks/arguments.hpp>
 #include <blockid/blocks/block.hpp>
 #include <blockid/blocks/detail/jet_push_forward.hpp>
+#include <blockid/blocks/detail/kernels.hpp>
 
 #include <Eigen/Core>
 #include <complex>
@@ -40,6 +41,7 @@ struct ParameterBounds {
 /// |---------------------------------|-------------------------------------------------------|--------------------|
 /// | state_count()                   | n_x, numbers carried from tile to tile                | 0: a static block  |
 /// | push_forward, tangent_memory    | analytic tangents                                     | Jets of apply      |
+/// | push_negated                    | push_forward, its rows packed and negated             | push_forward, copy |
 /// | column_order(own)               | which own column is which parameter (or state)        | as they come       |
 /// | kind()                          | name in the text form                                 | "custom"           |
 /// | arguments()                     | structure as key=value pairs of the text form         | none               |
@@ -109,6 +111,14 @@ class AnyBlock {
     self_->push_forward(theta, x, memory, u, y, tangents, own);
   }
 
+  /// push_forward() at the end of a chain: the rows -dy/dp, own columns of the parameters included, packed into
+  /// `target`: (rows, upstream + n_theta) row-major, nothing behind it written. The tile is left in any state. False
+  /// when a derivative is not finite.
+  bool push_negated(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                    std::span<const double> u, std::span<double> y, const Tangents& tangents, double* target) const {
+    return self_->push_negated(theta, x, memory, u, y, tangents, target);
+  }
+
   /// G(e^{jw}) of a linear block at w in radians a sample; nothing for blocks that have none.
   std::optional<std::complex<double>> frequency_response(std::span<const double> theta, double omega) const {
     return self_->frequency_response(theta, omega);
@@ -163,6 +173,9 @@ class AnyBlock {
     virtual void push_forward(std::span<const double> theta, std::span<double> x, std::span<double> memory,
                               std::span<const double> u, std::span<double> y, const Tangents& tangents,
                               OwnColumns own) const = 0;
+    virtual bool push_negated(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                              std::span<const double> u, std::span<double> y, const Tangents& tangents,
+                              double* target) const = 0;
     virtual std::optional<std::complex<double>> frequency_response(std::span<const double> theta,
                                                                    double omega) const = 0;
     virtual AnyBlock adapted_to(const AnyBlock& self, std::span<const double> v) const = 0;
@@ -314,6 +327,18 @@ struct AnyBlock::Holder final : AnyBlock::Interface {
       detail::push_static_by_jets(block, theta, u, y, tangents);
     } else {
       push_dynamic(theta, x, memory, u, y, tangents, own);
+    }
+  }
+
+  bool push_negated(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                    std::span<const double> u, std::span<double> y, const Tangents& tangents,
+                    double* target) const override {
+    if constexpr (requires { block.push_negated(theta, x, memory, u, y, tangents, target); }) {
+      return block.push_negated(theta, x, memory, u, y, tangents, target);
+    } else {
+      push_forward(theta, x, memory, u, y, tangents, OwnColumns::parameters);
+      return detail::kernels().negated_rows(tangents.data, tangents.rows, tangents.stride,
+                                            tangents.upstream + parameter_count(), nullptr, target);
     }
   }
 

@@ -39,6 +39,14 @@ void Rational::push_forward(std::span<const double> theta, std::span<double> x, 
   detail::DirectFormTangents::push(filter, {nb_, na_, nk_}, x, memory, u, y, tangents, own);
 }
 
+bool Rational::push_negated(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                            std::span<const double> u, std::span<double> y, const Tangents& tangents,
+                            double* target) const {
+  const std::size_t split = static_cast<std::size_t>(nb_) + 1;
+  const detail::DirectForm<double> filter(theta.subspan(0, split), theta.subspan(split), nk_);
+  return detail::DirectFormTangents::push_negated(filter, {nb_, na_, nk_}, x, memory, u, y, tangents, target);
+}
+
 std::complex<double> Rational::frequency_response(std::span<const double> theta, double omega) const {
   const std::complex<double> shift = std::polar(1.0, -omega);
   std::complex<double> numerator = 0.0;

@@ -49,6 +49,8 @@ class Rational {
   Index tangent_memory(Index upstream, OwnColumns own) const;
   void push_forward(std::span<const double> theta, std::span<double> x, std::span<double> memory,
                     std::span<const double> u, std::span<double> y, const Tangents& tangents, OwnColumns own) const;
+  bool push_negated(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                    std::span<const double> u, std::span<double> y, const Tangents& tangents, double* target) const;
 
   std::complex<double> frequency_response(std::span<const double> theta, double omega) const;
   Rescaled with_scaled_input(std::span<const double> theta, double k) const;

@@ -92,21 +92,44 @@ Index Series::tangent_memory(Index upstream, OwnColumns own) const {
   return total;
 }
 
-void Series::push_forward(std::span<const double> theta, std::span<double> x, std::span<double> memory,
-                          std::span<const double> u, std::span<double> y, const Tangents& tangents,
-                          OwnColumns own) const {
+template <class Push>
+void Series::push_children(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                           std::span<const double> u, std::span<double> y, const Tangents& tangents, OwnColumns own,
+                           Push&& push) const {
   Tangents child = tangents;
   Index used = 0;
   through_row<double>(blocks_.size(), u, y,
                       [&](std::size_t k, std::span<const double> input, std::span<double> output) {
                         const AnyBlock& block = blocks_[k].block;
                         const Index needed = block.tangent_memory(child.upstream, own);
-                        block.push_forward(detail::part(theta, parameter_offsets_[k], block.parameter_count()),
-                                           detail::part(x, state_offsets_[k], block.state_count()),
-                                           detail::part(memory, used, needed), input, output, child, own);
+                        push(k, detail::part(theta, parameter_offsets_[k], block.parameter_count()),
+                             detail::part(x, state_offsets_[k], block.state_count()),
+                             detail::part(memory, used, needed), input, output, child);
                         used += needed;
                         child.upstream += block.own_columns(own);
                       });
+}
+
+void Series::push_forward(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                          std::span<const double> u, std::span<double> y, const Tangents& tangents,
+                          OwnColumns own) const {
+  push_children(theta, x, memory, u, y, tangents, own,
+                [&](std::size_t k, auto&&... arguments) { blocks_[k].block.push_forward(arguments..., own); });
+}
+
+bool Series::push_negated(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                          std::span<const double> u, std::span<double> y, const Tangents& tangents,
+                          double* target) const {
+  constexpr OwnColumns kOwn = OwnColumns::parameters;
+  bool finite = true;
+  push_children(theta, x, memory, u, y, tangents, kOwn, [&](std::size_t k, auto&&... arguments) {
+    if (k + 1 < blocks_.size()) {
+      blocks_[k].block.push_forward(arguments..., kOwn);
+    } else {
+      finite = blocks_[k].block.push_negated(arguments..., target);
+    }
+  });
+  return finite;
 }
 
 std::optional<std::complex<double>> Series::frequency_response(std::span<const double> theta, double omega) const {

@@ -45,11 +45,19 @@ class Series {
   Index tangent_memory(Index upstream, OwnColumns own) const;
   void push_forward(std::span<const double> theta, std::span<double> x, std::span<double> memory,
                     std::span<const double> u, std::span<double> y, const Tangents& tangents, OwnColumns own) const;
+  bool push_negated(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                    std::span<const double> u, std::span<double> y, const Tangents& tangents, double* target) const;
 
   /// Product of the blocks' responses; nothing when one of them has none.
   std::optional<std::complex<double>> frequency_response(std::span<const double> theta, double omega) const;
 
  private:
+  /// push(k, theta, x, memory, u, y, tangents) for each child k in turn.
+  template <class Push>
+  void push_children(std::span<const double> theta, std::span<double> x, std::span<double> memory,
+                     std::span<const double> u, std::span<double> y, const Tangents& tangents, OwnColumns own,
+                     Push&& push) const;
+
   std::vector<LabelledBlock> blocks_;
   std::vector<Index> parameter_offsets_;
   std::vector<Index> state_offsets_;

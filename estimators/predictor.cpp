@@ -24,10 +24,8 @@ Index tile_rows(Index stride) {
 std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 std::span<double> view(Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
-bool all_finite(const double* values, Index count) {
-  double sum = 0.0;
-  for (Index k = 0; k < count; ++k) sum += values[k] * 0.0;
-  return sum == 0.0;
+bool all_finite(std::span<const double> values) {
+  return detail::kernels().all_finite(values.data(), std::ssize(values));
 }
 
 }  // namespace
@@ -130,7 +128,7 @@ bool Predictor::run_values(const Eigen::VectorXd& p, Index record, Sink&& sink) 
     const Index rows = std::min(kMaxTileRows, timeline.length - first);
     const std::span<double> y = std::span<double>(output_buffer).first(static_cast<std::size_t>(rows));
     chain_.apply(theta, view(x), timeline.inputs(first, rows, input_buffer), y);
-    if (!all_finite(y.data(), rows)) return false;
+    if (!all_finite(y)) return false;
     sink(timeline, first, std::span<const double>(y));
   }
   return true;
@@ -139,6 +137,14 @@ bool Predictor::run_values(const Eigen::VectorXd& p, Index record, Sink&& sink) 
 /// sink(timeline, first, y, tangents): a tile of outputs from time `first` on with their derivatives.
 template <class Sink>
 bool Predictor::run_tangents(const Eigen::VectorXd& p, Index record, Sink&& sink) const {
+  const auto tile = [](const Timeline&, Index) -> double* { return nullptr; };
+  return run_tangents(p, record, tile, sink);
+}
+
+/// The same, but target(timeline, first) says where rows -dyhat/dp go at once, packed; the tile that the sink sees then
+/// has no data. Null: they stay in the tile.
+template <class Target, class Sink>
+bool Predictor::run_tangents(const Eigen::VectorXd& p, Index record, Target&& target, Sink&& sink) const {
   const detail::FlushDenormals no_subnormals;
   const Timeline timeline(data_->records[static_cast<std::size_t>(record)], options_, chain_.latency());
   const std::span<const double> theta = view(p).first(static_cast<std::size_t>(chain_.parameter_count()));
@@ -154,9 +160,15 @@ bool Predictor::run_tangents(const Eigen::VectorXd& p, Index record, Sink&& sink
   for (Index first = 0; first < timeline.length; first += tile) {
     const Index rows = std::min(tile, timeline.length - first);
     const std::span<double> y = std::span<double>(output_buffer).first(static_cast<std::size_t>(rows));
-    const Tangents tangents{data.data(), rows, stride, 0};
-    chain_.push_forward(theta, view(x), memory, timeline.inputs(first, rows, input_buffer), y, tangents, own());
-    if (!all_finite(y.data(), rows)) return false;
+    const std::span<const double> u = timeline.inputs(first, rows, input_buffer);
+    Tangents tangents{data.data(), rows, stride, 0};
+    if (double* packed = target(timeline, first)) {
+      if (!chain_.push_negated(theta, view(x), memory, u, y, tangents, packed)) return false;
+      tangents.data = nullptr;
+    } else {
+      chain_.push_forward(theta, view(x), memory, u, y, tangents, own());
+    }
+    if (!all_finite(y)) return false;
     sink(timeline, first, std::span<const double>(y), tangents);
   }
   return true;
@@ -250,10 +262,20 @@ bool Predictor::jacobian(const Eigen::VectorXd& p, double* r, double* jacobian) 
     const bool in_order = std::is_sorted(order.begin(), order.end()) && std::ssize(order) == unknowns;
     if (!in_order) std::fill(jacobian, jacobian + record.u.size() * unknowns, 0.0);
     std::array<double, static_cast<std::size_t>(kMaxTileRows)> weights;
+    // Rows that all count and whose columns stand in the order of the unknowns need no stop in the tile.
+    const bool direct = in_order && own() == OwnColumns::parameters;
+    const auto target = [&](const Timeline& timeline, Index first) -> double* {
+      const Index t = timeline.predicted(first);
+      return direct && t >= 0 && counts_fully(record, t, options_.warmup) ? jacobian + t * unknowns : nullptr;
+    };
     bool finite = true;
     const bool completed = run_tangents(
-        p, static_cast<Index>(i),
+        p, static_cast<Index>(i), target,
         [&](const Timeline& timeline, Index first, std::span<const double> y, const Tangents& tangents) {
+          if (tangents.data == nullptr) {
+            const Index t = timeline.predicted(first);
+            return detail::kernels().residual(record.y.data() + t, y.data(), r + t, std::ssize(y));
+          }
           const Index skipped = std::clamp<Index>(-timeline.predicted(first), 0, tangents.rows);
           const Index t0 = timeline.predicted(first) + skipped;
           const Tangents counted{tangents.row(skipped), tangents.rows - skipped, tangents.stride, 0};

@@ -75,6 +75,8 @@ class Predictor final : public ResidualFunction {
   bool run_values(const Eigen::VectorXd& p, Index record, Sink&& sink) const;
   template <class Sink>
   bool run_tangents(const Eigen::VectorXd& p, Index record, Sink&& sink) const;
+  template <class Target, class Sink>
+  bool run_tangents(const Eigen::VectorXd& p, Index record, Target&& target, Sink&& sink) const;
 
   Eigen::VectorXd start_state(const Eigen::VectorXd& p, Index record) const;
   /// For each tangent column of record i the unknown it belongs to.

@@ -23,6 +23,26 @@ void impulse_response(const double* a, Index order, bool first_tile, double* h, 
   }
 }
 
+/// What a filter remembers between tiles, in the caller's memory.
+struct Memory {
+  Index state_stride;
+  double* columns;
+  double* s;
+  double* r;
+  double* h;
+  double* started;
+
+  Memory(double* memory, Index order, Index upstream, Index rows)
+      : state_stride(padded_columns(upstream)), columns(memory) {
+    double* signals = memory + order * state_stride;
+    const Index length = order + kMaxTileRows;
+    s = newest_first(signals, rows);
+    r = newest_first(signals + length, rows);
+    h = newest_first(signals + 2 * length, rows);
+    started = signals + 3 * length;
+  }
+};
+
 }  // namespace
 
 void DirectFormTangents::push(const DirectForm<double>& filter, const Shape& shape, std::span<double> x,
@@ -30,29 +50,46 @@ void DirectFormTangents::push(const DirectForm<double>& filter, const Shape& sha
                               const Tangents& tangents, OwnColumns own) {
   const Index rows = tangents.rows;
   const Index order = shape.order();
-  const Index state_stride = padded_columns(tangents.upstream);
   const Kernels& kernel = kernels();
-  double* columns_state = memory.data();
-  double* s = newest_first(columns_state + order * state_stride, rows);
-  double* r = newest_first(columns_state + order * state_stride + (order + kMaxTileRows), rows);
-  double* h = newest_first(columns_state + order * state_stride + 2 * (order + kMaxTileRows), rows);
-  double* started = columns_state + order * state_stride + 3 * (order + kMaxTileRows);
-
-  kernel.filter_tangents(filter.b(), filter.a(), order, x.data(), u.data(), y.data(), s, r, rows);
-  kernel.filter_columns(filter.b(), filter.a(), order, columns_state, state_stride, tangents.data, rows,
-                        tangents.stride, tangents.upstream);
+  const Memory m(memory.data(), order, tangents.upstream, rows);
+  kernel.filter_tangents(filter.b(), filter.a(), order, x.data(), u.data(), y.data(), m.s, m.r, rows);
+  kernel.filter_columns(filter.b(), filter.a(), order, m.columns, m.state_stride, tangents.data, rows, tangents.stride,
+                        tangents.upstream);
   double* columns = tangents.data + tangents.upstream;
   const Index numerator = shape.nb + 1 - shape.first_b;
-  kernel.shifted_columns(s + shape.nk + shape.first_b, columns, rows, tangents.stride, numerator);
-  kernel.shifted_columns(r + 1, columns + numerator, rows, tangents.stride, shape.na);
+  kernel.shifted_columns(m.s + shape.nk + shape.first_b, columns, rows, tangents.stride, numerator);
+  kernel.shifted_columns(m.r + 1, columns + numerator, rows, tangents.stride, shape.na);
   if (own == OwnColumns::parameters_and_state) {
-    impulse_response(filter.a(), order, *started == 0.0, h, rows);
-    kernel.shifted_columns(h, columns + numerator + shape.na, rows, tangents.stride, order);
-    keep_past(h, order, rows);
+    impulse_response(filter.a(), order, *m.started == 0.0, m.h, rows);
+    kernel.shifted_columns(m.h, columns + numerator + shape.na, rows, tangents.stride, order);
+    keep_past(m.h, order, rows);
   }
-  *started = 1.0;
-  keep_past(s, order, rows);
-  keep_past(r, order, rows);
+  *m.started = 1.0;
+  keep_past(m.s, order, rows);
+  keep_past(m.r, order, rows);
+}
+
+bool DirectFormTangents::push_negated(const DirectForm<double>& filter, const Shape& shape, std::span<double> x,
+                                      std::span<double> memory, std::span<const double> u, std::span<double> y,
+                                      const Tangents& tangents, double* target) {
+  const Index rows = tangents.rows;
+  const Index order = shape.order();
+  const Kernels& kernel = kernels();
+  if (order < 1 || order > kMaxUnrolledOrder) {
+    push(filter, shape, x, memory, u, y, tangents, OwnColumns::parameters);
+    const Index width = tangents.upstream + shape.own(OwnColumns::parameters);
+    return kernel.negated_rows(tangents.data, rows, tangents.stride, width, nullptr, target);
+  }
+  const Memory m(memory.data(), order, tangents.upstream, rows);
+  kernel.filter_tangents(filter.b(), filter.a(), order, x.data(), u.data(), y.data(), m.s, m.r, rows);
+  const ShiftedSignal s{m.s + shape.nk + shape.first_b, shape.nb + 1 - shape.first_b};
+  const ShiftedSignal r{m.r + 1, shape.na};
+  const FilterRows job{tangents.data, rows, tangents.stride, tangents.upstream, s, r, target};
+  const bool finite = kernel.negated_filter_rows(filter.b(), filter.a(), order, m.columns, m.state_stride, job);
+  *m.started = 1.0;
+  keep_past(m.s, order, rows);
+  keep_past(m.r, order, rows);
+  return finite;
 }
 
 }  // namespace blockid::detail

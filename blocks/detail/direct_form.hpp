@@ -80,6 +80,12 @@ class DirectFormTangents {
   /// One tile of y = B/A u with tangents; arguments as AnyBlock::push_forward.
   static void push(const DirectForm<double>& filter, const Shape& shape, std::span<double> x, std::span<double> memory,
                    std::span<const double> u, std::span<double> y, const Tangents& tangents, OwnColumns own);
+
+  /// The same without columns of the state, the rows -dy/dp packed into `target`; arguments as
+  /// AnyBlock::push_negated.
+  static bool push_negated(const DirectForm<double>& filter, const Shape& shape, std::span<double> x,
+                           std::span<double> memory, std::span<const double> u, std::span<double> y,
+                           const Tangents& tangents, double* target);
 };
 
 }  // namespace blockid::detail

@@ -14,6 +14,29 @@ inline constexpr int kMaxUnrolledOrder = 8;
 /// Zeros that convolve_columns wants on both sides of an impulse response.
 inline constexpr int kConvolutionGuard = 7;
 
+/// Numbers behind the last one read from a ShiftedSignal that a kernel may load and throw away.
+inline constexpr int kShiftedSignalGuard = 7;
+
+/// A signal stored newest first, sample t of `rows` at values[rows-1-t], and how many samples back from each are
+/// wanted.
+struct ShiftedSignal {
+  const double* values;
+  KernelIndex count;
+};
+
+/// Rows of a chain that ends in a filter: what comes in, what the filter adds, and where they go.
+struct FilterRows {
+  const double* data;  ///< rows x stride, `columns` of them live
+  KernelIndex rows;
+  KernelIndex stride;
+  KernelIndex columns;
+  ShiftedSignal s;
+  ShiftedSignal r;
+  double* target;  ///< rows x width(), packed
+
+  KernelIndex width() const { return columns + s.count + r.count; }
+};
+
 /// The set of inner loops for one instruction set.
 struct Kernels {
   const char* name;
@@ -75,6 +98,19 @@ struct Kernels {
   /// row-major tiles; columns up to the next multiple of 8 are written too.
   void (*mix_rows)(const double* weights, KernelIndex inputs, KernelIndex outputs, const double* data,
                    KernelIndex stride, double* target, KernelIndex target_stride, KernelIndex columns);
+
+  /// target_t = -[(B/A data)_t, s_t, s_{t-1}, ..., r_t, r_{t-1}, ...]: what filter_columns, shifted_columns and
+  /// negated_rows would leave, written once. job.width() >= 1; 1 <= order <= kMaxUnrolledOrder; b, a, z as in
+  /// filter_columns. data is not written, nor anything behind the last row of the target. False when a value is not
+  /// finite.
+  bool (*negated_filter_rows)(const double* b, const double* a, KernelIndex order, double* z, KernelIndex state_stride,
+                              const FilterRows& job);
+
+  /// Whether all `count` values are.
+  bool (*all_finite)(const double* values, KernelIndex count);
+
+  /// r_t = y_t - yhat_t, t < n.
+  void (*residual)(const double* y, const double* yhat, double* r, KernelIndex n);
 };
 
 /// Instruction sets in the order of preference.

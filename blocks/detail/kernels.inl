@@ -20,6 +20,12 @@ inline Vec splat(double value) {
   return v + value;
 }
 
+inline double lane_sum(Vec v) {
+  double sum = 0.0;
+  for (int lane = 0; lane < kWidth; ++lane) sum += v[lane];
+  return sum;
+}
+
 // ---------------------------------------------------------------------------------------------------------------
 // One signal
 
@@ -144,24 +150,28 @@ void filter_tangents_body(const double* b, const double* a, const double* u, dou
                           KernelIndex n) {
   if (n <= Order) return;
   moving_sum<Order>(b, u, y, n);
-  double y_past[Order];
+  // Copies of the coefficients, for the stores below could reach `a`; y in a vector of its own, for compilers take
+  // lone numbers from iteration to iteration through slow general registers.
+  Duo pole[Order];
+  Duo y_past[Order];
   Duo past[Order];
   for (int k = 0; k < Order; ++k) {
-    y_past[k] = y[Order - 1 - k];
+    pole[k] = Duo{a[k + 1], a[k + 1]};
+    y_past[k] = Duo{y[Order - 1 - k], 0.0};
     past[k] = Duo{s[n - Order + k], r[n - Order + k]};
   }
   for (KernelIndex t = Order; t < n; ++t) {
-    double y_value = y[t];
-    for (int k = Order; k >= 1; --k) y_value -= a[k] * y_past[k - 1];
-    Duo value = {u[t], -y_value};
-    for (int k = Order; k >= 1; --k) value -= a[k] * past[k - 1];
+    Duo y_value = {y[t], 0.0};
+    for (int k = Order - 1; k >= 0; --k) y_value -= pole[k] * y_past[k];
+    Duo value = {u[t], -y_value[0]};
+    for (int k = Order - 1; k >= 0; --k) value -= pole[k] * past[k];
     for (int k = Order - 1; k >= 1; --k) {
       y_past[k] = y_past[k - 1];
       past[k] = past[k - 1];
     }
     y_past[0] = y_value;
     past[0] = value;
-    y[t] = y_value;
+    y[t] = y_value[0];
     s[n - 1 - t] = value[0];
     r[n - 1 - t] = value[1];
   }
@@ -264,33 +274,53 @@ inline Vec select_columns(Vec v, Vec live) {
   return live > zero ? v : zero;
 }
 
+/// A filter over `Groups` vectors of columns; its numbers stay in registers.
+template <int Order, int Groups>
+struct ColumnFilter {
+  double b[Order + 1];
+  double a[Order + 1];
+  Vec state[Order > 0 ? Order : 1][Groups];
+
+  ColumnFilter(const double* numerator, const double* denominator, const double* z, KernelIndex state_stride) {
+    for (int k = 0; k <= Order; ++k) b[k] = numerator[k];
+    for (int k = 1; k <= Order; ++k) a[k] = denominator[k];
+    for (int k = 0; k < Order; ++k) {
+      for (int g = 0; g < Groups; ++g) state[k][g] = load(z + k * state_stride + g * kWidth);
+    }
+  }
+
+  Vec step(Vec u, int g) {
+    Vec y = b[0] * u;
+    if constexpr (Order > 0) {
+      y += state[0][g];
+      for (int k = 0; k + 1 < Order; ++k) state[k][g] = (state[k + 1][g] + b[k + 1] * u) - a[k + 1] * y;
+      state[Order - 1][g] = b[Order] * u - a[Order] * y;
+    }
+    return y;
+  }
+
+  void save(double* z, KernelIndex state_stride) const {
+    for (int k = 0; k < Order; ++k) {
+      for (int g = 0; g < Groups; ++g) store(z + k * state_stride + g * kWidth, state[k][g]);
+    }
+  }
+};
+
 template <int Order, int Groups, bool Masked>
 void filter_groups(const double* b, const double* a, double* z, KernelIndex state_stride, double* data,
                    KernelIndex rows, KernelIndex stride, KernelIndex columns) {
-  constexpr int kStates = Order > 0 ? Order : 1;
-  Vec state[kStates][Groups];
+  ColumnFilter<Order, Groups> filter(b, a, z, state_stride);
   Vec live[Groups];
-  for (int g = 0; g < Groups; ++g) {
-    live[g] = keep_columns(splat(1.0), columns - g * kWidth);
-    for (int k = 0; k < Order; ++k) state[k][g] = load(z + k * state_stride + g * kWidth);
-  }
+  for (int g = 0; g < Groups; ++g) live[g] = keep_columns(splat(1.0), columns - g * kWidth);
   for (KernelIndex t = 0; t < rows; ++t) {
     double* row = data + t * stride;
     for (int g = 0; g < Groups; ++g) {
       Vec u = load(row + g * kWidth);
       if constexpr (Masked) u = select_columns(u, live[g]);
-      Vec y = b[0] * u;
-      if constexpr (Order > 0) {
-        y += state[0][g];
-        for (int k = 0; k + 1 < Order; ++k) state[k][g] = (state[k + 1][g] + b[k + 1] * u) - a[k + 1] * y;
-        state[Order - 1][g] = b[Order] * u - a[Order] * y;
-      }
-      store(row + g * kWidth, y);
+      store(row + g * kWidth, filter.step(u, g));
     }
   }
-  for (int g = 0; g < Groups; ++g) {
-    for (int k = 0; k < Order; ++k) store(z + k * state_stride + g * kWidth, state[k][g]);
-  }
+  filter.save(z, state_stride);
 }
 
 inline void filter_group_any(const double* b, const double* a, KernelIndex order, double* z, KernelIndex state_stride,
@@ -371,6 +401,11 @@ void scale_rows(const double* slope, double* data, KernelIndex rows, KernelIndex
   }
 }
 
+/// Where the next tile will write: its lines come while this one is computed.
+inline void prefetch_row(double* row, KernelIndex columns) {
+  for (KernelIndex c = 0; c < columns; c += 8) __builtin_prefetch(row + c, 1, 2);
+}
+
 /// Rows of whole vectors and a rest of Tail columns, whose number the compiler knows.
 template <int Tail>
 bool negated_rows_fixed(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns,
@@ -382,7 +417,7 @@ bool negated_rows_fixed(const double* data, KernelIndex rows, KernelIndex stride
     const double* row = data + t * stride;
     double* out = target + t * columns;
     const double factor = weight == nullptr ? -1.0 : -weight[t];
-    for (KernelIndex c = 0; c < columns; c += 8) __builtin_prefetch(out + rows * columns + c, 1, 2);
+    prefetch_row(out + rows * columns, columns);
     for (KernelIndex c = 0; c < whole; c += kWidth) {
       const Vec value = factor * load(row + c);
       check += 0.0 * value;
@@ -394,9 +429,7 @@ bool negated_rows_fixed(const double* data, KernelIndex rows, KernelIndex stride
       __builtin_memcpy(out + whole, &value, Tail * 8);
     }
   }
-  double sum = 0.0;
-  for (int lane = 0; lane < kWidth; ++lane) sum += check[lane];
-  return sum == 0.0;
+  return lane_sum(check) == 0.0;
 }
 
 bool negated_rows(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, const double* weight,
@@ -422,6 +455,147 @@ bool negated_rows(const double* data, KernelIndex rows, KernelIndex stride, Kern
     case 7:
       return negated_rows_fixed<7>(data, rows, stride, columns, weight, target);
 #endif
+    default:
+      return false;
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------------
+// The filter that ends a chain: its columns go where the Jacobian lies, packed and negated, without a stop in the tile.
+// Rows come in ascending order. Whole vectors run over into what is written next; rows near the end, behind which
+// nothing may be written, are stored exactly.
+
+template <bool Exact>
+inline void put(double* out, Vec value, KernelIndex count) {
+  if constexpr (Exact) {
+    const KernelIndex kept = count < kWidth ? count : kWidth;
+    for (KernelIndex lane = 0; lane < kept; ++lane) out[lane] = value[lane];
+  } else {
+    store(out, value);
+  }
+}
+
+/// -signal_t, -signal_{t-1}, ...: `values` points at sample t of a signal stored newest first.
+template <bool Exact>
+inline void put_negated(double* out, const double* values, KernelIndex count) {
+  for (KernelIndex c = 0; c < count; c += kWidth) put<Exact>(out + c, -load(values + c), count - c);
+}
+
+
+/// The columns of row t that the filter itself adds.
+template <bool Exact>
+inline void put_own(const FilterRows& job, KernelIndex t) {
+  double* out = job.target + t * job.width() + job.columns;
+  put_negated<Exact>(out, job.s.values + job.rows - 1 - t, job.s.count);
+  put_negated<Exact>(out + job.s.count, job.r.values + job.rows - 1 - t, job.r.count);
+}
+
+/// The first of the rows whose whole vectors could reach behind the last row.
+inline KernelIndex first_exact_row(const FilterRows& job) {
+  const KernelIndex exact = (job.width() + kWidth - 2) / job.width();
+  return exact < job.rows ? job.rows - exact : 0;
+}
+
+/// The rows of a filter with no columns before it.
+inline void negated_own_rows(const FilterRows& job) {
+  const KernelIndex split = first_exact_row(job);
+  for (KernelIndex t = 0; t < split; ++t) put_own<false>(job, t);
+  for (KernelIndex t = split; t < job.rows; ++t) put_own<true>(job, t);
+}
+
+/// Rows first .. last-1 of the vectors from column c on; Own: and of the shifted signals behind them. All by value:
+/// what the stores cannot reach stays in registers.
+template <int Order, int Groups, bool Own, bool Exact>
+ColumnFilter<Order, Groups> negated_filter_span(ColumnFilter<Order, Groups> filter, const FilterRows job, KernelIndex c,
+                                                KernelIndex first, KernelIndex last) {
+  const KernelIndex width = job.width();
+  Vec live[Groups];
+  for (int g = 0; g < Groups; ++g) live[g] = keep_columns(splat(1.0), job.columns - c - g * kWidth);
+  for (KernelIndex t = first; t < last; ++t) {
+    const double* row = job.data + t * job.stride + c;
+    double* out = job.target + t * width;
+    if constexpr (Own) prefetch_row(out + job.rows * width, width);
+    for (int g = 0; g < Groups; ++g) {
+      const Vec u = select_columns(load(row + g * kWidth), live[g]);
+      put<Exact>(out + c + g * kWidth, -filter.step(u, g), width - c - g * kWidth);
+    }
+    if constexpr (Own) put_own<Exact>(job, t);
+  }
+  return filter;
+}
+/// All rows of `Groups` vectors from column c on. A number that is not finite never leaves a recursion (0 * inf is not
+/// a number either), so the state at the end tells whether all were.
+template <int Order, int Groups, bool Own>
+bool negated_filter_groups(const double* b, const double* a, double* z, KernelIndex state_stride,
+                           const FilterRows& job, KernelIndex c) {
+  const KernelIndex split = Own ? first_exact_row(job) : job.rows;
+  ColumnFilter<Order, Groups> filter(b, a, z + c, state_stride);
+  filter = negated_filter_span<Order, Groups, Own, false>(filter, job, c, 0, split);
+  filter = negated_filter_span<Order, Groups, Own, Own>(filter, job, c, split, job.rows);
+  filter.save(z + c, state_stride);
+  Vec check = {};
+  for (int k = 0; k < Order; ++k) {
+    for (int g = 0; g < Groups; ++g) check += 0.0 * filter.state[k][g];
+  }
+  return lane_sum(check) == 0.0;
+}
+
+bool all_finite(const double* values, KernelIndex count) {
+  Vec check = {};
+  KernelIndex k = 0;
+  for (; k + kWidth <= count; k += kWidth) check += 0.0 * load(values + k);
+  double sum = lane_sum(check);
+  for (; k < count; ++k) sum += 0.0 * values[k];
+  return sum == 0.0;
+}
+
+/// Whether all samples are that the rows read.
+inline bool all_finite(const ShiftedSignal& signal, KernelIndex rows) {
+  return signal.count == 0 || all_finite(signal.values, rows - 1 + signal.count);
+}
+
+template <int Order>
+bool negated_filter_rows_fixed(const double* b, const double* a, double* z, KernelIndex state_stride,
+                               const FilterRows& job) {
+  constexpr int kGroups = 2;
+  constexpr KernelIndex kStep = kGroups * kWidth;
+  bool finite = all_finite(job.s, job.rows) && all_finite(job.r, job.rows);
+  if (job.columns == 0) {
+    negated_own_rows(job);
+    return finite;
+  }
+  // The rest first: its whole vectors run over into the next row, whose first columns are written later.
+  const KernelIndex rest = (job.columns - 1) / kStep * kStep;
+  if (job.columns - rest > kWidth) {
+    finite = negated_filter_groups<Order, kGroups, true>(b, a, z, state_stride, job, rest) && finite;
+  } else {
+    finite = negated_filter_groups<Order, 1, true>(b, a, z, state_stride, job, rest) && finite;
+  }
+  for (KernelIndex c = 0; c < rest; c += kStep) {
+    finite = negated_filter_groups<Order, kGroups, false>(b, a, z, state_stride, job, c) && finite;
+  }
+  return finite;
+}
+
+bool negated_filter_rows(const double* b, const double* a, KernelIndex order, double* z, KernelIndex state_stride,
+                         const FilterRows& job) {
+  switch (order) {
+    case 1:
+      return negated_filter_rows_fixed<1>(b, a, z, state_stride, job);
+    case 2:
+      return negated_filter_rows_fixed<2>(b, a, z, state_stride, job);
+    case 3:
+      return negated_filter_rows_fixed<3>(b, a, z, state_stride, job);
+    case 4:
+      return negated_filter_rows_fixed<4>(b, a, z, state_stride, job);
+    case 5:
+      return negated_filter_rows_fixed<5>(b, a, z, state_stride, job);
+    case 6:
+      return negated_filter_rows_fixed<6>(b, a, z, state_stride, job);
+    case 7:
+      return negated_filter_rows_fixed<7>(b, a, z, state_stride, job);
+    case 8:
+      return negated_filter_rows_fixed<8>(b, a, z, state_stride, job);
     default:
       return false;
   }
@@ -480,6 +654,12 @@ void mix_rows(const double* weights, KernelIndex inputs, KernelIndex outputs, co
     default:
       return;
   }
+}
+
+void residual(const double* y, const double* yhat, double* r, KernelIndex n) {
+  KernelIndex t = 0;
+  for (; t + kWidth <= n; t += kWidth) store(r + t, load(y + t) - load(yhat + t));
+  for (; t < n; ++t) r[t] = y[t] - yhat[t];
 }
 
 // ---------------------------------------------------------------------------------------------------------------
@@ -707,9 +887,9 @@ void convolve_columns(const double* h, KernelIndex n, const double* input, Kerne
 }
 
 extern const Kernels kTable;
-const Kernels kTable = {BLOCKID_KERNEL_NAME, filter_signal, filter_columns,  filter_tangents,
-                        shifted_columns,     add_gram,      chebyshev,       chebyshev_tangents,
-                        scale_rows,          negated_rows,  convolve_signal, convolve_columns,
-                        mix_rows};
+const Kernels kTable = {BLOCKID_KERNEL_NAME, filter_signal, filter_columns,      filter_tangents,
+                        shifted_columns,     add_gram,      chebyshev,           chebyshev_tangents,
+                        scale_rows,          negated_rows,  convolve_signal,     convolve_columns,
+                        mix_rows,            negated_filter_rows, all_finite,    residual};
 
 }  // namespace blockid::detail::BLOCKID_KERNEL_SET

@@ -176,6 +176,7 @@ struct TangentRun {
   /// (N, upstream + own).
   TangentMatrix columns;
   bool wrote_outside = false;
+  bool finite = true;
 };
 
 /// push_forward() over a record in tiles of the given sizes, in turn and over again. directions: (N, upstream) du/dp.
@@ -212,6 +213,45 @@ inline TangentRun push_record(const AnyBlock& block, const Eigen::VectorXd& thet
   }
   std::copy_n(x.data(), x0.size(), run.x.data());
   run.wrote_outside = run.wrote_outside || !memory.intact() || !x.intact();
+  return run;
+}
+
+/// The same by push_negated() for every second tile: columns (N, upstream + n_theta), signs turned back.
+inline TangentRun pack_record(const AnyBlock& block, const Eigen::VectorXd& theta, const Eigen::VectorXd& x0,
+                              const Eigen::VectorXd& u, const TangentMatrix& directions,
+                              const std::vector<Index>& tiles, double garbage) {
+  const Index upstream = directions.cols();
+  const Index used = upstream + block.parameter_count();
+  const Index stride = padded_columns(used) + kColumnPadding;
+  TangentRun run{Eigen::VectorXd(u.size()), x0, TangentMatrix(u.size(), used)};
+  GuardedNumbers memory(block.tangent_memory(upstream, OwnColumns::parameters));
+  Index start = 0;
+  for (std::size_t k = 0; start < u.size(); ++k) {
+    const Index rows = std::min({u.size() - start, tiles[k % tiles.size()], kMaxTileRows});
+    GuardedNumbers tile(rows * stride, garbage);
+    const Tangents tangents{tile.data(), rows, stride, upstream};
+    for (Index t = 0; t < rows; ++t) {
+      for (Index c = 0; c < upstream; ++c) tangents.row(t)[c] = directions(start + t, c);
+    }
+    const std::size_t first = static_cast<std::size_t>(start);
+    const std::size_t count = static_cast<std::size_t>(rows);
+    const auto input = view(u).subspan(first, count);
+    const auto output = view(run.y).subspan(first, count);
+    if (k % 2 == 0) {
+      GuardedNumbers packed(rows * used);
+      run.finite =
+          block.push_negated(view(theta), view(run.x), memory.span(), input, output, tangents, packed.data()) &&
+          run.finite;
+      run.columns.middleRows(start, rows) = -Eigen::Map<const TangentMatrix>(packed.data(), rows, used);
+      run.wrote_outside = run.wrote_outside || !packed.intact();
+    } else {
+      block.push_forward(view(theta), view(run.x), memory.span(), input, output, tangents, OwnColumns::parameters);
+      for (Index t = 0; t < rows; ++t) {
+        for (Index c = 0; c < used; ++c) run.columns(start + t, c) = tangents.row(t)[c];
+      }
+    }
+    start += rows;
+  }
   return run;
 }
 
@@ -565,6 +605,26 @@ inline void law_tangents_linear(const ConformanceCase& c, LawRecorder& law) {
                         1e-6 * detail::largest(expected), "mixed upstream columns");
 }
 
+/// push_negated() gives the rows of push_forward(), packed and negated, and each continues what the other began.
+inline void law_packed_rows(const ConformanceCase& c, LawRecorder& law) {
+  constexpr double kStale = 1e3;
+  const OwnColumns own = OwnColumns::parameters;
+  const std::vector<Index> order = c.block.column_order(own);
+  for (const Index upstream : c.options.upstream_counts) {
+    const TangentMatrix directions = detail::random_directions(c.u.size(), upstream, c.options.seed + 86);
+    const detail::TangentRun push =
+        detail::push_record(c.block, c.theta, c.x0, c.u, directions, own, detail::mixed_tiles(), kStale);
+    const detail::TangentRun packed =
+        detail::pack_record(c.block, c.theta, c.x0, c.u, directions, detail::mixed_tiles(), kStale);
+    const std::string with = " with " + std::to_string(upstream) + " upstream columns";
+    if (packed.wrote_outside) law.violated("push_negated()" + with + " wrote behind its last row");
+    if (!packed.finite) law.violated("push_negated()" + with + " calls finite rows not finite");
+    detail::close_signals(law, "y", push.y, packed.y, c.options.tolerances.value);
+    detail::close_columns(law, c.block, push.columns, packed.columns, upstream, order, c.options.tolerances.tangent,
+                          1e-6 * detail::largest(push.columns), "packed rows");
+  }
+}
+
 /// push_forward() writes to its tile, y, x and tangent_memory() numbers, and apply() to y and x, and nowhere else.
 inline void law_stays_inside(const ConformanceCase& c, LawRecorder& law) {
   for (const OwnColumns own : detail::kBothOwnColumns) {
@@ -750,6 +810,7 @@ inline constexpr std::array kBlockLaws = {
     BlockLaw{"tangents = differences", law_tangents_differences},
     BlockLaw{"tangents chunked", law_tangents_chunked},
     BlockLaw{"tangents linear", law_tangents_linear},
+    BlockLaw{"packed rows", law_packed_rows},
     BlockLaw{"superposition", law_superposition},
     BlockLaw{"shift invariance", law_shift_invariance},
     BlockLaw{"frequency response", law_frequency_response},

@@ -331,6 +331,33 @@ TEST(BrokenBlockTest, SeedsTheInitialStateAnewInEachTile) {
   EXPECT_THAT(broken_laws(Broken{}), ElementsAre("tangents = Jets", "tangents = differences", "tangents chunked"));
 }
 
+TEST(BrokenBlockTest, PacksRowsWithTheWrongSign) {
+  struct Broken : Sound {
+    bool push_negated(Numbers theta, std::span<double> x, std::span<double> memory, Numbers u, std::span<double> y,
+                      const Tangents& tangents, double* target) const {
+      Sound::push_forward(theta, x, memory, u, y, tangents, OwnColumns::parameters);
+      for (Index t = 0; t < tangents.rows; ++t) target = std::copy_n(tangents.row(t), tangents.upstream + 2, target);
+      return true;
+    }
+  };
+  EXPECT_THAT(broken_laws(Broken{}), ElementsAre("packed rows"));
+}
+
+TEST(BrokenBlockTest, PacksRowsBehindTheLast) {
+  struct Broken : Sound {
+    bool push_negated(Numbers theta, std::span<double> x, std::span<double> memory, Numbers u, std::span<double> y,
+                      const Tangents& tangents, double* target) const {
+      Sound::push_forward(theta, x, memory, u, y, tangents, OwnColumns::parameters);
+      for (Index t = 0; t < tangents.rows; ++t) {
+        for (Index c = 0; c < tangents.upstream + 2; ++c) *target++ = -tangents.row(t)[c];
+      }
+      *target = 0.0;
+      return true;
+    }
+  };
+  EXPECT_THAT(check_block(Broken{}).text(), HasSubstr("wrote behind its last row"));
+}
+
 TEST(BrokenBlockTest, BendsTangents) {
   struct Broken : Sound {
     void push_forward(Numbers theta, std::span<double> x, std::span<double> memory, Numbers u, std::span<double> y,

@@ -225,6 +225,151 @@ TEST_P(KernelsTest, NegatedRowsPackAndReportWhatIsNotFinite) {
   }
 }
 
+// Rows of a last filter and what they must become. NaN stands wherever no number may be used.
+struct LastFilterCase {
+  Filter filter;
+  Index columns;
+  Index rows;
+  Index stride;
+  Index width;
+  Eigen::VectorXd data;
+  Eigen::VectorXd states;
+  Eigen::VectorXd s;
+  Eigen::VectorXd r;
+  Eigen::VectorXd target;
+  FilterRows job;
+  Eigen::MatrixXd expected;
+
+  LastFilterCase(Index order, Index column_count, Index row_count, Index s_count, Index r_count,
+                 UniformNumbers& numbers)
+      : filter(order, numbers),
+        columns(column_count),
+        rows(row_count),
+        stride(padded(columns) + 8),
+        width(columns + s_count + r_count),
+        data(Eigen::VectorXd::Constant(1 + rows * stride, kNaN)),
+        states(Eigen::VectorXd::Zero(order * padded(columns))),
+        s(signal(s_count, numbers)),
+        r(signal(r_count, numbers)),
+        target(Eigen::VectorXd::Constant(rows * width + 16, 7.0)),
+        job{data.data() + 1, rows, stride, columns, {s.data(), s_count}, {r.data(), r_count}, target.data()},
+        expected(rows, width) {
+    for (Index c = 0; c < columns; ++c) {
+      Eigen::VectorXd z = numbers.vector(order);
+      for (Index k = 0; k < order; ++k) states[k * padded(columns) + c] = z[k];
+      for (Index t = 0; t < rows; ++t) expected(t, c) = -filter.step(data[1 + t * stride + c] = numbers.next(), z);
+    }
+    for (Index t = 0; t < rows; ++t) {
+      for (Index k = 0; k < s_count; ++k) expected(t, columns + k) = -s[rows - 1 - t + k];
+      for (Index k = 0; k < r_count; ++k) expected(t, columns + s_count + k) = -r[rows - 1 - t + k];
+    }
+  }
+  LastFilterCase(const LastFilterCase&) = delete;
+  LastFilterCase& operator=(const LastFilterCase&) = delete;
+
+  bool run(const Kernels& kernels) {
+    return kernels.negated_filter_rows(filter.b.data(), filter.a.data(), filter.order, states.data(), padded(columns),
+                                       job);
+  }
+
+ private:
+  Eigen::VectorXd signal(Index count, UniformNumbers& numbers) const {
+    Eigen::VectorXd values = Eigen::VectorXd::Constant(rows + count + kShiftedSignalGuard, kNaN);
+    if (count > 0) values.head(rows - 1 + count) = numbers.vector(rows - 1 + count);
+    return values;
+  }
+};
+
+TEST_P(KernelsTest, NegatedFilterRowsFilterShiftAndPack) {
+  UniformNumbers numbers(10);
+  for (Index order = 1; order <= kMaxUnrolledOrder; ++order) {
+    for (const Index columns : {0, 1, 2, 3, 4, 5, 7, 8, 9, 13, 15, 16, 17, 24, 33}) {
+      for (const auto& [s_count, r_count] : {std::pair<Index, Index>{1, 0}, {4, 3}, {2, 8}, {9, 1}}) {
+        for (const Index rows : {1, 2, 9, 21}) {
+          LastFilterCase c(order, columns, rows, s_count, r_count, numbers);
+          const Eigen::VectorXd before = c.data;
+          ASSERT_TRUE(c.run(*kernels_)) << "order " << order << ", columns " << columns;
+          for (Index t = 0; t < rows; ++t) {
+            for (Index k = 0; k < c.width; ++k) {
+              ASSERT_NEAR(c.target[t * c.width + k], c.expected(t, k), kRounding)
+                  << "order " << order << ", columns " << columns << ", row " << t << " of " << rows << ", column "
+                  << k;
+            }
+          }
+          ASSERT_TRUE((c.target.tail(16).array() == 7.0).all()) << "wrote behind the last row, columns " << columns;
+          ASSERT_TRUE(c.states.allFinite()) << "stale numbers came into the state";
+          ASSERT_TRUE((c.data.array() == before.array() || before.array().isNaN()).all()) << "wrote to the tile";
+        }
+      }
+    }
+  }
+}
+
+TEST_P(KernelsTest, NegatedFilterRowsLeaveTheStateOfFilterColumns) {
+  UniformNumbers numbers(11);
+  for (Index order = 1; order <= kMaxUnrolledOrder; ++order) {
+    for (const Index columns : {1, 8, 13, 33}) {
+      LastFilterCase c(order, columns, 9, 2, 1, numbers);
+      Eigen::VectorXd states = c.states;
+      Eigen::VectorXd tile = c.data;
+      kernels_->filter_columns(c.filter.b.data(), c.filter.a.data(), order, states.data(), padded(columns),
+                               tile.data() + 1, 9, c.stride, columns);
+      ASSERT_TRUE(c.run(*kernels_));
+      ASSERT_LE((c.states - states).lpNorm<Eigen::Infinity>(), kRounding) << "order " << order;
+    }
+  }
+}
+
+TEST_P(KernelsTest, NegatedFilterRowsReportWhatIsNotFinite) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  UniformNumbers numbers(12);
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    for (Index order = 1; order <= kMaxUnrolledOrder; ++order) {
+      // Without poles a number that is not finite would leave the filter after `order` samples but for 0 * inf.
+      for (const bool poles : {true, false}) {
+        for (const Index column : {Index{0}, Index{12}, Index{32}}) {
+          LastFilterCase c(order, 33, 21, 2, 1, numbers);
+          if (!poles) c.filter.a.setZero();
+          c.data[1 + 3 * c.stride + column] = bad;
+          ASSERT_FALSE(c.run(*kernels_)) << "order " << order << ", column " << column;
+        }
+      }
+    }
+    LastFilterCase in_s(3, 5, 21, 4, 3, numbers);
+    in_s.s[21 + 4 - 2] = bad;
+    EXPECT_FALSE(in_s.run(*kernels_));
+    LastFilterCase in_r(3, 5, 21, 4, 3, numbers);
+    in_r.r[0] = bad;
+    EXPECT_FALSE(in_r.run(*kernels_));
+  }
+}
+
+TEST_P(KernelsTest, AllFiniteSeesEveryValueAndNoOther) {
+  UniformNumbers numbers(13);
+  for (Index n = 0; n <= 33; ++n) {
+    Eigen::VectorXd values(n + 1);
+    values << numbers.vector(n), kNaN;
+    ASSERT_TRUE(kernels_->all_finite(values.data(), n));
+    for (Index k = 0; k < n; ++k) {
+      Eigen::VectorXd bad = values;
+      bad[k] = -std::numeric_limits<double>::infinity();
+      ASSERT_FALSE(kernels_->all_finite(bad.data(), n)) << "value " << k << " of " << n;
+    }
+  }
+}
+
+TEST_P(KernelsTest, ResidualIsTheDifference) {
+  UniformNumbers numbers(14);
+  for (Index n = 0; n <= 33; ++n) {
+    const Eigen::VectorXd y = numbers.vector(n);
+    const Eigen::VectorXd yhat = numbers.vector(n);
+    Eigen::VectorXd r = Eigen::VectorXd::Constant(n + 1, 7.0);
+    kernels_->residual(y.data(), yhat.data(), r.data(), n);
+    ASSERT_EQ(r.head(n), y - yhat);
+    ASSERT_EQ(r[n], 7.0) << "wrote behind the last, n " << n;
+  }
+}
+
 TEST_P(KernelsTest, AddGramAddsToTheUpperTriangleAlone) {
   UniformNumbers numbers(4);
   for (const Index columns : {8, 16, 24, 40}) {
