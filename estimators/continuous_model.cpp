@@ -51,7 +51,7 @@ EigenSystem eigensystem(const MatrixXd& matrix, bool vectors) {
   EigenSystem result{solver.eigenvalues().cast<Complex>(), {}, {}};
   if (!vectors) return result;
   // Of a pair the columns of `real` are the real and the imaginary part of the first eigenvector.
-  const Matrix real = solver.pseudoEigenvectors();
+  const Matrix& real = solver.pseudoEigenvectors();
   const Matrix inverse = real.fullPivLu().inverse();
   result.right = real.cast<Complex>();
   result.left = inverse.cast<Complex>();

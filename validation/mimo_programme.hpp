@@ -30,8 +30,8 @@ using MimoCertificate = Eigen::MatrixXd;
 ///
 /// Holds for every positive definite X, whatever way it came about, up to the rounding of these sums. Throws Error as
 /// smallest_mimo_alpha() does, and unless X has its size and is positive definite (by Cholesky). 0 for an empty X.
-double certified_mimo_alpha(const Eigen::MatrixXd& v, const Eigen::MatrixXd& w, double gamma,
-                            const MimoCertificate& certificate, double relative_tau = 1e-8);
+double certified_mimo_alpha(const Eigen::MatrixXd& v, const Eigen::MatrixXd& w, double gamma, const MimoCertificate& x,
+                            double relative_tau = 1e-8);
 
 struct MimoSolution {
   ProgrammeStatus status = ProgrammeStatus::max_iterations;

@@ -40,7 +40,7 @@ std::vector<VectorXd> runs_of(std::span<const ResidualRecord> records) {
     for (Index begin = 0; begin < n;) {
       Index end = begin;
       while (end < n && scored(end)) ++end;
-      if (end > begin) runs.push_back(record.residual.segment(begin, end - begin));
+      if (end > begin) runs.emplace_back(record.residual.segment(begin, end - begin));
       begin = end + 1;
     }
   }
