@@ -2,9 +2,9 @@
 
 #include <blockid/blocks/rational.hpp>
 #include <blockid/blocks/series.hpp>
+#include <blockid/estimators/detail/companion_roots.hpp>
 #include <blockid/estimators/polynomial_model.hpp>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <complex>
 #include <span>
@@ -32,15 +32,6 @@ std::span<const double> part(const VectorXd& theta, const Rational& filter, Inde
   return {theta.data() + offset, static_cast<std::size_t>(filter.parameter_count())};
 }
 
-/// Roots of z^n + a_1 z^(n-1) + ... + a_n.
-VectorXcd roots_of_monic(const VectorXd& a) {
-  const Index n = a.size() - 1;
-  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(n, n);
-  companion.row(0) = -a.tail(n).transpose();
-  companion.diagonal(-1).setOnes();
-  return Eigen::EigenSolver<Eigen::MatrixXd>(companion, false).eigenvalues();
-}
-
 /// (1, a_1, ..., a_n) of the monic polynomial with these roots, which are closed under conjugation.
 VectorXd monic_polynomial(const VectorXcd& roots) {
   VectorXcd a = VectorXcd::Zero(roots.size() + 1);
@@ -53,7 +44,7 @@ VectorXd monic_polynomial(const VectorXcd& roots) {
 
 /// theta with poles reflected, in place.
 void reflect(const Rational& filter, Index offset, VectorXd& theta) {
-  VectorXcd poles = roots_of_monic(filter.denominator(part(theta, filter, offset)));
+  VectorXcd poles = detail::companion_roots(filter.denominator(part(theta, filter, offset)).tail(filter.na()));
   double gain = 1.0;
   for (std::complex<double>& pole : poles) {
     const double radius = std::abs(pole);

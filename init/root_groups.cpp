@@ -1,7 +1,7 @@
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/companion_roots.hpp>
 #include <blockid/init/root_groups.hpp>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,15 +18,6 @@ Eigen::VectorXd convolve(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   Eigen::VectorXd c = Eigen::VectorXd::Zero(a.size() + b.size() - 1);
   for (Index i = 0; i < a.size(); ++i) c.segment(i, b.size()) += a[i] * b;
   return c;
-}
-
-/// Eigenvalues of the companion matrix of the monic polynomial z^n + m_1 z^{n-1} + ... + m_n.
-Eigen::VectorXcd companion_roots(const Eigen::VectorXd& monic) {
-  const Index n = monic.size();
-  Eigen::MatrixXd companion = Eigen::MatrixXd::Zero(n, n);
-  companion.row(0) = -monic.transpose();
-  companion.diagonal(-1).setOnes();
-  return Eigen::EigenSolver<Eigen::MatrixXd>(companion, false).eigenvalues();
 }
 
 std::string short_number(double value) {
@@ -64,7 +55,7 @@ std::vector<RootGroup> root_groups(const Eigen::VectorXd& polynomial, double tol
   }
   const Index degree = polynomial.size() - 1 - first;
   if (degree == 0) return groups;
-  const Eigen::VectorXcd z = companion_roots(polynomial.tail(degree) / polynomial[first]);
+  const Eigen::VectorXcd z = detail::companion_roots(polynomial.tail(degree) / polynomial[first]);
   for (const std::complex<double>& root : z) {
     if (std::abs(root.imag()) <= kRealTolerance * std::abs(root)) {
       groups.push_back({RootGroup::Kind::real, root.real()});

@@ -1,15 +1,16 @@
 #include <blockid/validation/mimo_verdict.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/validation/detail/verdict_words.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 namespace blockid {
 namespace {
 
+using detail::words;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
@@ -17,25 +18,6 @@ using Eigen::MatrixXd;
 constexpr double kSmallestNoise = 1e-7;
 /// Rounding of T_z R^-1 with a least singular value of R of 1e-6, and of the sums that confirm a verdict.
 constexpr double kRounding = 1e-9;
-
-template <class... Parts>
-std::string words(const Parts&... parts) {
-  std::ostringstream text;
-  text.precision(4);
-  (text << ... << parts);
-  return text.str();
-}
-
-void check_options(double noise_bound, const MimoVerdictOptions& options) {
-  if (!(noise_bound >= 0.0) || !std::isfinite(noise_bound)) {
-    fail("verdict: expected a finite noise bound of at least 0, got ", noise_bound);
-  }
-  if (!(options.absurd_alpha > 1.0)) fail("verdict: expected an absurd alpha above 1, got ", options.absurd_alpha);
-  if (options.memory < 0) fail("verdict: expected a memory of at least 0 samples, got ", options.memory);
-  if (!options.from_rest && options.memory == 0) {
-    fail("verdict: a window that does not start at rest needs the memory of the uncertainty");
-  }
-}
 
 /// The sides of the comparison, from the output and the certificate alone.
 void confirm(const MatrixXd& v, const MatrixXd& w, double tau, const MimoVerdictOptions& options, MimoSolution solution,
@@ -54,25 +36,16 @@ void confirm(const MatrixXd& v, const MatrixXd& w, double tau, const MimoVerdict
   }
 }
 
-void note(MimoVerdict& result, VerdictWarning warning, std::string text) {
-  result.notes.push_back({warning, std::move(text)});
-}
-
 /// What makes an "invalidated" doubtful.
 void doubt(const MatrixXd& v, const MatrixXd& w, const MimoVerdictOptions& options, MimoVerdict& result) {
   const MimoSolution more =
       smallest_mimo_alpha(v, w, result.noise_bound, options.programme, options.relative_tau, options.absurd_alpha);
   if (more.lower_bound > options.absurd_alpha) {
-    note(result, VerdictWarning::noise_bound_too_small,
-         words("An uncertainty of ", options.absurd_alpha,
-               " does not explain the record either: suspect the noise bound, the controller or the state at the start "
-               "before the model."));
+    result.notes.push_back(detail::noise_bound_too_small(options.absurd_alpha));
   }
   const Index past = v.cols() - w.cols();
   if (!options.from_rest && past < options.memory) {
-    note(result, VerdictWarning::past_shorter_than_memory,
-         words("The past of ", past, " samples is shorter than the memory of the uncertainty, ", options.memory,
-               " samples: what came before may stand in w, so that nothing is proven."));
+    result.notes.push_back(detail::past_shorter_than_memory(past, options.memory));
     result.verdict = Verdict::undecided;
   }
 }
@@ -100,15 +73,16 @@ bool MimoVerdict::has(VerdictWarning warning) const {
 
 MimoVerdict judge_mimo_uncertainty(const MatrixXd& v, const MatrixXd& w, double noise_bound,
                                    const MimoVerdictOptions& options) {
-  check_options(noise_bound, options);
+  detail::check_verdict_options(noise_bound, options.absurd_alpha, options.memory, options.from_rest);
   if (v.size() > 0 && v.isZero(0.0)) fail("verdict: the signal v is zero, nothing excites the loop");
   MimoVerdict result;
   const double tau = options.relative_tau * block_toeplitz_norm(v);
   const double least = std::max(kSmallestNoise * (w.size() > 0 ? w.cwiseAbs().maxCoeff() : 0.0), 2.0 * tau);
   result.noise_bound = std::max(noise_bound, least);
   if (noise_bound < least) {
-    note(result, VerdictWarning::noise_bound_raised,
-         words("The noise bound of ", noise_bound, " was raised to ", least, ", which leaves room for rounding."));
+    result.notes.push_back(
+        {VerdictWarning::noise_bound_raised,
+         words("The noise bound of ", noise_bound, " was raised to ", least, ", which leaves room for rounding.")});
   }
   confirm(v, w, tau, options,
           smallest_mimo_alpha(v, w, result.noise_bound - tau, options.programme, options.relative_tau, 1.0), result);

@@ -2,17 +2,18 @@
 
 #include <blockid/data/error.hpp>
 #include <blockid/validation/dense_product.hpp>
+#include <blockid/validation/detail/verdict_words.hpp>
 #include <blockid/validation/hankel_products.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 namespace blockid {
 namespace {
 
+using detail::words;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -27,25 +28,10 @@ constexpr double kSilence = 1e-12;
 constexpr int kFirstRidge = 3;
 constexpr int kLastRidge = 12;
 
-template <class... Parts>
-std::string words(const Parts&... parts) {
-  std::ostringstream text;
-  text.precision(4);
-  (text << ... << parts);
-  return text.str();
-}
-
 void check_options(std::span<const UncertaintyWindow> windows, double noise_bound, const VerdictOptions& options) {
-  if (!(noise_bound >= 0.0) || !std::isfinite(noise_bound)) {
-    fail("verdict: expected a finite noise bound of at least 0, got ", noise_bound);
-  }
-  if (!(options.absurd_alpha > 1.0)) fail("verdict: expected an absurd alpha above 1, got ", options.absurd_alpha);
-  if (options.memory < 0) fail("verdict: expected a memory of at least 0 samples, got ", options.memory);
   const bool all_from_rest =
       std::all_of(windows.begin(), windows.end(), [](const UncertaintyWindow& w) { return w.from_rest; });
-  if (!all_from_rest && options.memory == 0) {
-    fail("verdict: a window that does not start at rest needs the memory of the uncertainty");
-  }
+  detail::check_verdict_options(noise_bound, options.absurd_alpha, options.memory, all_from_rest);
 }
 
 /// The shortest past among the windows whose v goes on before it; -1 when there is none.
@@ -143,16 +129,11 @@ void doubt(const UncertaintyProgramme& programme, std::span<const UncertaintyWin
                " before v has moved: no uncertainty of any size explains that, the noise bound or the signals are "
                "wrong."));
   } else if (is_out_of_reach(programme, options.absurd_alpha, result.noise_bound, options.programme)) {
-    note(result, VerdictWarning::noise_bound_too_small,
-         words("An uncertainty of ", options.absurd_alpha,
-               " does not explain the record either: suspect the noise bound, the controller or the state at the start "
-               "before the model."));
+    result.notes.push_back(detail::noise_bound_too_small(options.absurd_alpha));
   }
   const Index past = shortest_past(windows);
   if (past >= 0 && past < options.memory) {
-    note(result, VerdictWarning::past_shorter_than_memory,
-         words("The past of ", past, " samples is shorter than the memory of the uncertainty, ", options.memory,
-               " samples: what came before may stand in w, so that nothing is proven."));
+    result.notes.push_back(detail::past_shorter_than_memory(past, options.memory));
     result.verdict = Verdict::undecided;
   }
 }

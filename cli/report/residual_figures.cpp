@@ -117,6 +117,18 @@ std::vector<Figure> residual_figures(const ResidualTests& tests, const std::stri
   return figures;
 }
 
+namespace {
+
+/// Data $d with frequencies, the model's density and that of the noise in decibels, and the labels of both axes.
+std::string densities(const VectorXd& frequency_hz, const VectorXd& of_model, const VectorXd& of_noise,
+                      const std::string& unit) {
+  const std::string density_unit = unit.empty() ? "1/Hz" : unit + "²/Hz";
+  return kFigureStyles + data_block("d", {frequency_hz, decibels(of_model), decibels(of_noise)}) +
+         "set xlabel 'frequency [Hz]'\nset ylabel " + plot_text("density [dB re " + density_unit + "]") + "\n";
+}
+
+}  // namespace
+
 Figure periodic_error_figure(const PeriodicError& error, const std::string& unit, const std::string& set) {
   Figure figure{.id = "periodic-error",
                 .title = "Error of the model beside the noise, " + set + " data",
@@ -125,11 +137,8 @@ Figure periodic_error_figure(const PeriodicError& error, const std::string& unit
                            "the noise that is left in the mean over periods.",
                 .script = {},
                 .height = 340};
-  const std::string density_unit = unit.empty() ? "1/Hz" : unit + "²/Hz";
-  figure.script = kFigureStyles +
-                  data_block("d", {error.frequency_hz, decibels(error.error_density), decibels(error.noise_density)}) +
-                  "set xlabel 'frequency [Hz]'\nset ylabel " + plot_text("density [dB re " + density_unit + "]") +
-                  "\nplot $d using 1:3 with lines ls 4 title 'noise of one period', $d using 1:2 with points ls 3 pt 7 "
+  figure.script = densities(error.frequency_hz, error.error_density, error.noise_density, unit) +
+                  "plot $d using 1:3 with lines ls 4 title 'noise of one period', $d using 1:2 with points ls 3 pt 7 "
                   "ps 0.4 title 'error of the model'\n";
   return figure;
 }
@@ -142,11 +151,8 @@ Figure noise_spectrum_figure(const NoiseSpectrumTest& test, const std::string& u
                            " of the noise. What lies above the noise is the model's.",
                 .script = {},
                 .height = 340};
-  const std::string density_unit = unit.empty() ? "1/Hz" : unit + "²/Hz";
-  figure.script = kFigureStyles +
-                  data_block("d", {test.frequency_hz, decibels(test.residual_density), decibels(test.noise_density)}) +
-                  "set xlabel 'frequency [Hz]'\nset ylabel " + plot_text("density [dB re " + density_unit + "]") +
-                  "\nplot $d using 1:3 with linespoints ls 4 title 'noise', $d using 1:2 with linespoints ls 3 pt 7 "
+  figure.script = densities(test.frequency_hz, test.residual_density, test.noise_density, unit) +
+                  "plot $d using 1:3 with linespoints ls 4 title 'noise', $d using 1:2 with linespoints ls 3 pt 7 "
                   "ps 0.6 title 'residual'\n";
   return figure;
 }
