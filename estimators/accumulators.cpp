@@ -55,7 +55,7 @@ NormalEquations::NormalEquations(Index columns)
 }
 
 void NormalEquations::add(const double* data, Index rows, Index stride) {
-  detail::kernels().add_gram(data, rows, stride, stride_, sums_.data(), stride_);
+  detail::kernels().add_gram(data, rows, stride, columns_, sums_.data(), stride_);
   rows_ += rows;
 }
 

@@ -3,6 +3,7 @@
 #include <blockid/blocks/detail/kernels.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/flush_denormals.hpp>
+#include <blockid/estimators/detail/line_aligned_array.hpp>
 
 #include <algorithm>
 #include <array>
@@ -154,7 +155,7 @@ bool Predictor::run_tangents(const Eigen::VectorXd& p, Index record, Target&& ta
   const Index tile = tile_rows(stride);
   Eigen::VectorXd x = start_state(p, record);
   std::vector<double> memory(static_cast<std::size_t>(chain_.tangent_memory(0, own())), 0.0);
-  std::vector<double> data(static_cast<std::size_t>(tile * stride), 0.0);
+  const detail::LineAlignedArray data(tile * stride);
   std::array<double, static_cast<std::size_t>(kMaxTileRows)> input_buffer;
   std::array<double, static_cast<std::size_t>(kMaxTileRows)> output_buffer;
   for (Index first = 0; first < timeline.length; first += tile) {
@@ -309,21 +310,22 @@ namespace {
 /// first_sample: sample of the record that row 0 predicts.
 void finish_rows(const Record& record, Index first_sample, Index warmup, std::span<const double> y,
                  const Tangents& tangents, Index columns) {
-  const bool all_count = counts_fully(record, first_sample, warmup);
+  if (counts_fully(record, first_sample, warmup)) {
+    const double* measured = record.y.data() + first_sample;
+    double* row = tangents.data + columns;
+    for (std::size_t k = 0; k < y.size(); ++k, row += tangents.stride) *row = y[k] - measured[k];
+    return;
+  }
   for (Index k = 0; k < tangents.rows; ++k) {
     const Index t = first_sample + k;
     double* row = tangents.row(k);
-    if (!all_count) {
-      const double w = counted_weight(record, t, warmup);
-      if (w == 0.0) {
-        std::fill(row, row + columns + 1, 0.0);
-        continue;
-      }
-      for (Index c = 0; c < columns; ++c) row[c] *= w;
-      row[columns] = w * (y[static_cast<std::size_t>(k)] - record.y[t]);
+    const double w = counted_weight(record, t, warmup);
+    if (w == 0.0) {
+      std::fill(row, row + columns + 1, 0.0);
       continue;
     }
-    row[columns] = y[static_cast<std::size_t>(k)] - record.y[t];
+    for (Index c = 0; c < columns; ++c) row[c] *= w;
+    row[columns] = w * (y[static_cast<std::size_t>(k)] - record.y[t]);
   }
 }
 

@@ -57,11 +57,12 @@ void DirectFormTangents::push(const DirectForm<double>& filter, const Shape& sha
                         tangents.upstream);
   double* columns = tangents.data + tangents.upstream;
   const Index numerator = shape.nb + 1 - shape.first_b;
-  kernel.shifted_columns(m.s + shape.nk + shape.first_b, columns, rows, tangents.stride, numerator);
-  kernel.shifted_columns(m.r + 1, columns + numerator, rows, tangents.stride, shape.na);
+  const Index room = tangents.stride - tangents.upstream;
+  kernel.shifted_columns(m.s + shape.nk + shape.first_b, columns, rows, tangents.stride, numerator, room);
+  kernel.shifted_columns(m.r + 1, columns + numerator, rows, tangents.stride, shape.na, room - numerator);
   if (own == OwnColumns::parameters_and_state) {
     impulse_response(filter.a(), order, *m.started == 0.0, m.h, rows);
-    kernel.shifted_columns(m.h, columns + numerator + shape.na, rows, tangents.stride, order);
+    kernel.shifted_columns(m.h, columns + numerator + shape.na, rows, tangents.stride, order, order);
     keep_past(m.h, order, rows);
   }
   *m.started = 1.0;

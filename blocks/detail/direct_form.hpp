@@ -17,22 +17,21 @@ class DirectForm {
  public:
   DirectForm(std::span<const T> b, std::span<const T> a, Index nk)
       : order_(std::max(static_cast<Index>(a.size()), static_cast<Index>(b.size()) - 1 + nk)),
-        b_(static_cast<std::size_t>(order_) + 1, T(0.0)),
-        a_(static_cast<std::size_t>(order_) + 1, T(0.0)) {
-    std::copy(b.begin(), b.end(), b_.begin() + nk);
-    std::copy(a.begin(), a.end(), a_.begin() + 1);
-    a_[0] = T(1.0);
+        coefficients_(2 * (static_cast<std::size_t>(order_) + 1), T(0.0)) {
+    const auto denominator = coefficients_.begin() + order_ + 1;
+    std::copy(b.begin(), b.end(), coefficients_.begin() + nk);
+    std::copy(a.begin(), a.end(), denominator + 1);
+    *denominator = T(1.0);
   }
 
   Index order() const { return order_; }
-  const T* b() const { return b_.data(); }
-  const T* a() const { return a_.data(); }
+  const T* b() const { return coefficients_.data(); }
+  const T* a() const { return coefficients_.data() + order_ + 1; }
 
   /// x: (order,), the transposed direct form II state.
   void filter(std::span<T> x, std::span<const T> u, std::span<T> y) const {
     if constexpr (std::is_same_v<T, double>) {
-      kernels().filter_signal(b_.data(), a_.data(), order_, x.data(), u.data(), y.data(),
-                              static_cast<KernelIndex>(u.size()));
+      kernels().filter_signal(b(), a(), order_, x.data(), u.data(), y.data(), static_cast<KernelIndex>(u.size()));
     } else {
       filter_plain(x, u, y);
     }
@@ -41,18 +40,20 @@ class DirectForm {
  private:
   void filter_plain(std::span<T> x, std::span<const T> u, std::span<T> y) const {
     const std::size_t order = static_cast<std::size_t>(order_);
+    const T* b = this->b();
+    const T* a = this->a();
     for (std::size_t t = 0; t < u.size(); ++t) {
-      y[t] = b_[0] * u[t];
+      y[t] = b[0] * u[t];
       if (order == 0) continue;
       y[t] += x[0];
-      for (std::size_t k = 0; k + 1 < order; ++k) x[k] = x[k + 1] + b_[k + 1] * u[t] - a_[k + 1] * y[t];
-      x[order - 1] = b_[order] * u[t] - a_[order] * y[t];
+      for (std::size_t k = 0; k + 1 < order; ++k) x[k] = x[k + 1] + b[k + 1] * u[t] - a[k + 1] * y[t];
+      x[order - 1] = b[order] * u[t] - a[order] * y[t];
     }
   }
 
   Index order_;
-  std::vector<T> b_;
-  std::vector<T> a_;
+  /// b, then a.
+  std::vector<T> coefficients_;
 };
 
 /// Tangents of a rational filter started with state z(0):

@@ -58,12 +58,14 @@ struct Kernels {
                           double* s, double* r, KernelIndex n);
 
   /// Row t of the tile becomes [signal_t, signal_{t-1}, ..., signal_{t-count+1}] for a signal stored newest first, as
-  /// filter_tangents leaves it: signal_t at entry rows-1-t. data: rows x stride.
-  void (*shifted_columns)(const double* signal, double* data, KernelIndex rows, KernelIndex stride, KernelIndex count);
+  /// filter_tangents leaves it: signal_t at entry rows-1-t. data: rows x stride; `room` >= count columns of it may be
+  /// overwritten, with kShiftedSignalGuard numbers behind the signal if there are more than `count`.
+  void (*shifted_columns)(const double* signal, double* data, KernelIndex rows, KernelIndex stride, KernelIndex count,
+                          KernelIndex room);
 
-  /// G += D'D on the upper triangle in blocks of 8: G is row-major, columns x columns with stride `gram_stride`;
-  /// D is rows x stride row-major. columns and strides are multiples of 8. Entries below the diagonal blocks are
-  /// not touched.
+  /// G += D'D on the upper triangle: G is row-major, columns x columns with stride `gram_stride`; D is rows x stride
+  /// row-major. strides are multiples of 8. Rows and columns of G up to the next multiple of 8 may be written, below
+  /// the diagonal only those of its blocks of 8.
   void (*add_gram)(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, double* gram,
                    KernelIndex gram_stride);
 

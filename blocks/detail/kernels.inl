@@ -15,6 +15,18 @@ inline Vec load(const double* p) {
 
 inline void store(double* p, Vec v) { __builtin_memcpy(p, &v, sizeof v); }
 
+#if BLOCKID_KERNEL_WIDTH == 8
+typedef double Half __attribute__((vector_size(32)));
+
+inline Half load_half(const double* p) {
+  Half v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline void store_half(double* p, Half v) { __builtin_memcpy(p, &v, sizeof v); }
+#endif
+
 inline Vec splat(double value) {
   Vec v = {};
   return v + value;
@@ -223,7 +235,11 @@ void shifted_columns_fixed(const double* signal, double* data, KernelIndex rows,
   for (KernelIndex t = 0; t < rows; ++t) __builtin_memcpy(data + t * stride, signal + rows - 1 - t, Count * 8);
 }
 
-void shifted_columns(const double* signal, double* data, KernelIndex rows, KernelIndex stride, KernelIndex count) {
+void shifted_columns(const double* signal, double* data, KernelIndex rows, KernelIndex stride, KernelIndex count,
+                     KernelIndex room) {
+  // One store of a whole register instead of several that add up to the count.
+  if (count > 4 && count < 8 && room >= 8) count = 8;
+  if (count == 3 && room >= 4) count = 4;
   switch (count) {
     case 0:
       return;
@@ -253,7 +269,7 @@ void shifted_columns(const double* signal, double* data, KernelIndex rows, Kerne
       return;
     default:
       shifted_columns_fixed<8>(signal, data, rows, stride);
-      shifted_columns(signal + 8, data + 8, rows, stride, count - 8);
+      shifted_columns(signal + 8, data + 8, rows, stride, count - 8, room - 8);
   }
 }
 
@@ -297,6 +313,14 @@ struct ColumnFilter {
       state[Order - 1][g] = b[Order] * u - a[Order] * y;
     }
     return y;
+  }
+
+  /// The filter of the opposite sign, whose output is -y.
+  void negate() {
+    for (int k = 0; k <= Order; ++k) b[k] = -b[k];
+    for (int k = 0; k < Order; ++k) {
+      for (int g = 0; g < Groups; ++g) state[k][g] = -state[k][g];
+    }
   }
 
   void save(double* z, KernelIndex state_stride) const {
@@ -478,9 +502,12 @@ inline void put(double* out, Vec value, KernelIndex count) {
 /// -signal_t, -signal_{t-1}, ...: `values` points at sample t of a signal stored newest first.
 template <bool Exact>
 inline void put_negated(double* out, const double* values, KernelIndex count) {
+#if BLOCKID_KERNEL_WIDTH == 8
+  // A store of 32 bytes costs half of one of 64.
+  if (!Exact && count <= 4) return store_half(out, -load_half(values));
+#endif
   for (KernelIndex c = 0; c < count; c += kWidth) put<Exact>(out + c, -load(values + c), count - c);
 }
-
 
 /// The columns of row t that the filter itself adds.
 template <bool Exact>
@@ -509,15 +536,16 @@ template <int Order, int Groups, bool Own, bool Exact>
 ColumnFilter<Order, Groups> negated_filter_span(ColumnFilter<Order, Groups> filter, const FilterRows job, KernelIndex c,
                                                 KernelIndex first, KernelIndex last) {
   const KernelIndex width = job.width();
-  Vec live[Groups];
-  for (int g = 0; g < Groups; ++g) live[g] = keep_columns(splat(1.0), job.columns - c - g * kWidth);
+  constexpr int kLast = Groups - 1;
+  const Vec live = keep_columns(splat(1.0), job.columns - c - kLast * kWidth);
   for (KernelIndex t = first; t < last; ++t) {
     const double* row = job.data + t * job.stride + c;
     double* out = job.target + t * width;
     if constexpr (Own) prefetch_row(out + job.rows * width, width);
     for (int g = 0; g < Groups; ++g) {
-      const Vec u = select_columns(load(row + g * kWidth), live[g]);
-      put<Exact>(out + c + g * kWidth, -filter.step(u, g), width - c - g * kWidth);
+      Vec u = load(row + g * kWidth);
+      if (Own && g == kLast) u = select_columns(u, live);
+      put<Exact>(out + c + g * kWidth, filter.step(u, g), width - c - g * kWidth);
     }
     if constexpr (Own) put_own<Exact>(job, t);
   }
@@ -526,12 +554,14 @@ ColumnFilter<Order, Groups> negated_filter_span(ColumnFilter<Order, Groups> filt
 /// All rows of `Groups` vectors from column c on. A number that is not finite never leaves a recursion (0 * inf is not
 /// a number either), so the state at the end tells whether all were.
 template <int Order, int Groups, bool Own>
-bool negated_filter_groups(const double* b, const double* a, double* z, KernelIndex state_stride,
-                           const FilterRows& job, KernelIndex c) {
+bool negated_filter_groups(const double* b, const double* a, double* z, KernelIndex state_stride, const FilterRows& job,
+                           KernelIndex c) {
   const KernelIndex split = Own ? first_exact_row(job) : job.rows;
   ColumnFilter<Order, Groups> filter(b, a, z + c, state_stride);
+  filter.negate();
   filter = negated_filter_span<Order, Groups, Own, false>(filter, job, c, 0, split);
   filter = negated_filter_span<Order, Groups, Own, Own>(filter, job, c, split, job.rows);
+  filter.negate();
   filter.save(z + c, state_stride);
   Vec check = {};
   for (int k = 0; k < Order; ++k) {
@@ -686,17 +716,81 @@ void gram_block(const double* data, KernelIndex rows, KernelIndex stride, Kernel
   }
 }
 
+#if BLOCKID_KERNEL_WIDTH == 8
+/// The upper triangle of the block at (i, i), its lower half of rows without the left half of columns: Rows <= 8 of a
+/// width of 8.
+template <int Rows>
+void gram_diagonal(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex i, double* gram,
+                   KernelIndex gram_stride) {
+  constexpr int kUpper = Rows < 4 ? Rows : 4;
+  constexpr int kLower = Rows - kUpper;
+  Vec upper[kUpper] = {};
+  Half lower[kLower > 0 ? kLower : 1] = {};
+  for (KernelIndex t = 0; t < rows; ++t) {
+    const double* row = data + t * stride + i;
+    const Vec right = load(row);
+    for (int k = 0; k < kUpper; ++k) upper[k] += row[k] * right;
+    if constexpr (kLower > 0) {
+      const Half right_half = load_half(row + 4);
+      for (int k = 0; k < kLower; ++k) lower[k] += row[4 + k] * right_half;
+    }
+  }
+  for (int k = 0; k < kUpper; ++k) {
+    double* target = gram + (i + k) * gram_stride + i;
+    store(target, load(target) + upper[k]);
+  }
+  for (int k = 0; k < kLower; ++k) {
+    double* target = gram + (i + 4 + k) * gram_stride + i + 4;
+    store_half(target, load_half(target) + lower[k]);
+  }
+}
+
+/// Rows i .. i+Rows-1 of the triangle, for the widest set.
+template <int Rows>
+void gram_rows(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, KernelIndex i,
+               double* gram, KernelIndex gram_stride) {
+  gram_diagonal<Rows>(data, rows, stride, i, gram, gram_stride);
+  KernelIndex j = i + 8;
+  for (; j + 8 < columns; j += 16) gram_block<Rows, 2>(data, rows, stride, i, j, gram, gram_stride);
+  if (j < columns) gram_block<Rows, 1>(data, rows, stride, i, j, gram, gram_stride);
+}
+
+void add_gram(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, double* gram,
+              KernelIndex gram_stride) {
+  KernelIndex i = 0;
+  for (; i + 8 <= columns; i += 8) gram_rows<8>(data, rows, stride, columns, i, gram, gram_stride);
+  switch (columns - i) {
+    case 1:
+      return gram_rows<1>(data, rows, stride, columns, i, gram, gram_stride);
+    case 2:
+      return gram_rows<2>(data, rows, stride, columns, i, gram, gram_stride);
+    case 3:
+      return gram_rows<3>(data, rows, stride, columns, i, gram, gram_stride);
+    case 4:
+      return gram_rows<4>(data, rows, stride, columns, i, gram, gram_stride);
+    case 5:
+      return gram_rows<5>(data, rows, stride, columns, i, gram, gram_stride);
+    case 6:
+      return gram_rows<6>(data, rows, stride, columns, i, gram, gram_stride);
+    case 7:
+      return gram_rows<7>(data, rows, stride, columns, i, gram, gram_stride);
+    default:
+      return;
+  }
+}
+#else
 void add_gram(const double* data, KernelIndex rows, KernelIndex stride, KernelIndex columns, double* gram,
               KernelIndex gram_stride) {
   constexpr int kVectors = 8 / kWidth;
-  // Eight rows of accumulators fill the registers of the widest set; four those of the others.
-  constexpr int kRows = kWidth == 8 ? 8 : (kWidth == 4 ? 4 : 2);
+  // As many accumulators as the registers take.
+  constexpr int kRows = kWidth == 4 ? 4 : 2;
   for (KernelIndex i = 0; i < columns; i += kRows) {
     for (KernelIndex j = i / 8 * 8; j < columns; j += 8) {
       gram_block<kRows, kVectors>(data, rows, stride, i, j, gram, gram_stride);
     }
   }
 }
+#endif
 
 // ---------------------------------------------------------------------------------------------------------------
 // Chebyshev polynomials
@@ -887,9 +981,21 @@ void convolve_columns(const double* h, KernelIndex n, const double* input, Kerne
 }
 
 extern const Kernels kTable;
-const Kernels kTable = {BLOCKID_KERNEL_NAME, filter_signal, filter_columns,      filter_tangents,
-                        shifted_columns,     add_gram,      chebyshev,           chebyshev_tangents,
-                        scale_rows,          negated_rows,  convolve_signal,     convolve_columns,
-                        mix_rows,            negated_filter_rows, all_finite,    residual};
+const Kernels kTable = {BLOCKID_KERNEL_NAME,
+                        filter_signal,
+                        filter_columns,
+                        filter_tangents,
+                        shifted_columns,
+                        add_gram,
+                        chebyshev,
+                        chebyshev_tangents,
+                        scale_rows,
+                        negated_rows,
+                        convolve_signal,
+                        convolve_columns,
+                        mix_rows,
+                        negated_filter_rows,
+                        all_finite,
+                        residual};
 
 }  // namespace blockid::detail::BLOCKID_KERNEL_SET
