@@ -36,3 +36,10 @@ function(blockid_precompile_headers target)
     target_compile_options(${target} PRIVATE -fpch-preprocess)
   endif()
 endfunction()
+
+# blockid_batch_sources(<target>): with BLOCKID_UNITY_BUILD, several sources at once in one translation unit, so that
+# they share what they instantiate from templates. Names that are local to a file must then differ from those of its
+# neighbours; the release preset, hence scripts/test, builds this way and the dev preset file by file.
+function(blockid_batch_sources target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD "${BLOCKID_UNITY_BUILD}" UNITY_BUILD_BATCH_SIZE 8)
+endfunction()
