@@ -15,9 +15,26 @@
 #include "blockid/data/mat_name.hpp"
 
 namespace blockid {
+
+// With linkage: MatFile::Impl holds them.
+namespace mat {
+
+struct CloseFile {
+  void operator()(mat_t* file) const { Mat_Close(file); }
+};
+struct FreeVariable {
+  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
+};
+using File = std::unique_ptr<mat_t, CloseFile>;
+using Variable = std::unique_ptr<matvar_t, FreeVariable>;
+
+}  // namespace mat
+
 namespace {
 
+using mat::File;
 using mat::NamePart;
+using mat::Variable;
 
 /// One reader at a time, and HDF5 keeps its complaints to itself meanwhile; matio is silent unless
 /// its log is set up.
@@ -40,15 +57,6 @@ class LibraryGuard {
   H5E_auto2_t printer_ = nullptr;
   void* printer_data_ = nullptr;
 };
-
-struct CloseFile {
-  void operator()(mat_t* file) const { Mat_Close(file); }
-};
-struct FreeVariable {
-  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
-};
-using File = std::unique_ptr<mat_t, CloseFile>;
-using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 
 std::string class_name(const matvar_t& variable) {
   switch (variable.class_type) {

@@ -18,7 +18,7 @@ constexpr double kNoiseDeviation = 0.1;
 /// a_1, a_2 of (1 - root q^-1)(1 - conj(root) q^-1).
 Eigen::Vector2d pair(std::complex<double> root) { return {-2.0 * root.real(), std::norm(root)}; }
 
-Model true_model() {
+Model giordano_sjoberg_model() {
   const GiordanoSjobergRoots roots;
   const Eigen::Vector2d a1 = pair(roots.first_pole);
   const Eigen::Vector2d a2 = pair(roots.second_pole);
@@ -42,7 +42,7 @@ Record measured(const Model& truth, Gaussian& gaussian, std::string name) {
 }  // namespace
 
 Problem giordano_sjoberg(std::uint64_t seed) {
-  const Model truth = true_model();
+  const Model truth = giordano_sjoberg_model();
   Gaussian gaussian(seed);
   Record train = measured(truth, gaussian, "train");
   Record test = measured(truth, gaussian, "test");

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Eigen::Index kWarmup = 50;
+constexpr Eigen::Index kMeasuredWarmup = 50;
 constexpr double kMilli = 1e3;
 /// Samples that the measured input runs ahead of the reference in the test records of the process noise benchmark.
 constexpr Eigen::Index kUsualLead = 11;
@@ -109,7 +109,7 @@ Problem wiener_hammerstein_2009(const fs::path& folder) {
           .description = "SYSID'09 Wiener-Hammerstein circuit: filter, diode and resistor, filter",
           .train = slice(whole, 5200, 105200),
           .test = slice(whole, 105200, 184000),
-          .warmup = kWarmup,
+          .warmup = kMeasuredWarmup,
           .unit = "mV",
           .published = figures_of_2009()};
 }
@@ -139,7 +139,7 @@ Problem wiener_hammerstein_process_noise(const fs::path& folder) {
           .description = "Wiener-Hammerstein circuit with process noise before the nonlinearity; tested without",
           .train = std::move(train),
           .test = std::vector<Record>{load(test, "[0]", "multisine"), load(test, "[1]", "swept sine")},
-          .warmup = kWarmup,
+          .warmup = kMeasuredWarmup,
           .unit = "mV"};
 }
 
@@ -155,7 +155,7 @@ Problem heat_exchanger(const fs::path& folder) {
           .description = "liquid-saturated steam heat exchanger, flow to temperature",
           .train = slice(whole, 0, 3000),
           .test = slice(whole, 3000, 4000),
-          .warmup = kWarmup,
+          .warmup = kMeasuredWarmup,
           .unit = "degC"};
 }
 
@@ -175,7 +175,7 @@ Problem cascaded_tanks(const fs::path& folder) {
           .description = "two tanks with overflow, pump voltage to level",
           .train = load("Est", "estimation"),
           .test = load("Val", "validation"),
-          .warmup = kWarmup,
+          .warmup = kMeasuredWarmup,
           .unit = "V",
           .published = figures_of_the_tanks()};
 }
@@ -191,7 +191,7 @@ Problem silverbox(const fs::path& folder) {
           .description = "Duffing-like circuit; trained on multisines, tested on the arrow",
           .train = slice(whole, 40650, 105712),
           .test = slice(whole, 100, 40575),
-          .warmup = kWarmup,
+          .warmup = kMeasuredWarmup,
           .unit = "mV"};
 }
 

@@ -17,7 +17,7 @@
 namespace blockid::problems {
 namespace {
 
-constexpr Eigen::Index kWarmup = 100;
+constexpr Eigen::Index kLongestWarmup = 100;
 /// Ranges of static blocks: v has deviation 1.
 constexpr SignalRange kRange{-5.0, 5.0};
 
@@ -206,7 +206,7 @@ Problem random_wiener_hammerstein(const RandomWienerHammersteinOptions& options)
           .test = std::move(test),
           .truth = truth,
           .noise_std = noise_std,
-          .warmup = std::min(kWarmup, std::min(options.samples, options.test_samples) - 1),
+          .warmup = std::min(kLongestWarmup, std::min(options.samples, options.test_samples) - 1),
           .unit = ""};
 }
 

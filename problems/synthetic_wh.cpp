@@ -40,7 +40,7 @@ double noise_gain(const Eigen::VectorXd& theta) {
   return simulate(model, impulse).norm();
 }
 
-Model true_model() {
+Model synthetic_wh_model() {
   constexpr double kDeviation = 1.5;  // of v
   constexpr double kReach = 4.0;      // of v in deviations
   Eigen::VectorXd g1 = filter(third_order(-0.3, {0.2, 0.6}), third_order(0.7, {0.5, 0.6}));
@@ -75,7 +75,7 @@ Problem synthetic_wiener_hammerstein(const SyntheticWienerHammersteinOptions& op
     fail("synthetic problem: records need at least one sample, got ", options.train_samples, " and ",
          options.test_samples);
   }
-  const Model truth = true_model();
+  const Model truth = synthetic_wh_model();
   Gaussian gaussian(options.seed);
   Record train = measured(truth, options.train_samples, gaussian, "train");
   Record test = measured(truth, options.test_samples, gaussian, "test");
