@@ -3,12 +3,12 @@
 
 #include <blockid/blocks/arguments.hpp>
 #include <blockid/blocks/block.hpp>
+#include <blockid/blocks/detail/infinity.hpp>
 #include <blockid/blocks/detail/jet_push_forward.hpp>
 #include <blockid/blocks/detail/kernels.hpp>
 
 #include <Eigen/Core>
 #include <complex>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -276,9 +276,8 @@ struct AnyBlock::Holder final : AnyBlock::Interface {
     if constexpr (requires { block.bounds(); }) {
       return block.bounds();
     } else {
-      constexpr double kInfinity = std::numeric_limits<double>::infinity();
-      return {Eigen::VectorXd::Constant(parameter_count(), -kInfinity),
-              Eigen::VectorXd::Constant(parameter_count(), kInfinity)};
+      return {Eigen::VectorXd::Constant(parameter_count(), -detail::kInfinity),
+              Eigen::VectorXd::Constant(parameter_count(), detail::kInfinity)};
     }
   }
 

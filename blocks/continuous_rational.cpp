@@ -177,11 +177,11 @@ Eigen::VectorXd ContinuousRational::from_roots(double gain, const std::vector<st
   theta.tail(na()) = basis_.denominator_from_poles(poles);
   const double direct = std::ssize(zeros) == na() ? gain : 0.0;
   if (has_direct()) theta[0] = direct;
-  using Complex = std::complex<long double>;
-  const Eigen::VectorXd all = basis_.coordinates([&](Complex s) {
-    Complex value = static_cast<long double>(gain);
+  using LongComplex = std::complex<long double>;
+  const Eigen::VectorXd all = basis_.coordinates([&](LongComplex s) {
+    LongComplex value = static_cast<long double>(gain);
     for (std::size_t k = 0; k < poles.size(); ++k) {
-      if (k < zeros.size()) value *= s - Complex(zeros[k]);
+      if (k < zeros.size()) value *= s - LongComplex(zeros[k]);
       value /= s + static_cast<long double>(basis_.break_points()[k]);
     }
     return value - static_cast<long double>(direct);

@@ -1,6 +1,7 @@
 #include <blockid/blocks/model.hpp>
 
 #include <blockid/blocks/detail/children.hpp>
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/series.hpp>
@@ -14,8 +15,7 @@
 namespace blockid {
 namespace {
 
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
-std::span<double> view(Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+using detail::view;
 
 Eigen::VectorXd first_state(const Model& model) {
   return model.initial_state.size() > 0 ? model.initial_state : Eigen::VectorXd::Zero(model.chain.state_count());

@@ -1,6 +1,7 @@
 #include <blockid/blocks/oversampled.hpp>
 
 #include <blockid/blocks/detail/children.hpp>
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/blocks/text.hpp>
@@ -122,7 +123,7 @@ Eigen::VectorXd Oversampled::interpolated(std::span<const double> u) const {
   std::vector<double> window(static_cast<std::size_t>(past), 0.0);
   window.insert(window.end(), u.begin(), u.end());
   Eigen::VectorXd fine(static_cast<Index>(u.size()) * factor());
-  resampler_.up(std::span<const double>(window), std::span<double>(fine.data(), static_cast<std::size_t>(fine.size())));
+  resampler_.up(std::span<const double>(window), detail::view(fine));
   return fine;
 }
 
@@ -262,7 +263,7 @@ std::optional<std::complex<double>> Oversampled::frequency_response(std::span<co
 Oversampled Oversampled::adapted_to(std::span<const double> v) const {
   if (!inner_.is_static()) return *this;
   const Eigen::VectorXd fine = interpolated(v);
-  return around(inner_.adapted_to({fine.data(), static_cast<std::size_t>(fine.size())}));
+  return around(inner_.adapted_to(detail::view(fine)));
 }
 
 std::optional<Rescaled> Oversampled::with_scaled_input(std::span<const double> theta, double k) const {

@@ -1,15 +1,19 @@
 #include <blockid/blocks/detail/format.hpp>
+#include <blockid/blocks/detail/infinity.hpp>
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/text.hpp>
 #include <blockid/blocks/tied.hpp>
 #include <blockid/data/error.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace blockid {
 namespace {
+
+using detail::kInfinity;
+using detail::view;
 
 template <class T>
 std::vector<T> followed(const std::vector<Tie>& ties, std::span<const T> theta) {
@@ -43,8 +47,6 @@ std::vector<Tie> checked(const AnyBlock& inner, std::vector<Tie> ties) {
   }
   return ties;
 }
-
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 }  // namespace
 
@@ -95,7 +97,6 @@ std::vector<std::string> Tied::parameter_names() const {
 Eigen::VectorXd Tied::initial_parameters() const { return from_inner(view(inner_.initial_parameters())); }
 
 ParameterBounds Tied::bounds() const {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const ParameterBounds inner = inner_.bounds();
   ParameterBounds result{Eigen::VectorXd::Constant(parameter_count(), -kInfinity),
                          Eigen::VectorXd::Constant(parameter_count(), kInfinity)};

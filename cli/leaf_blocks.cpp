@@ -1,6 +1,7 @@
 #include <blockid/cli/leaf_blocks.hpp>
 
 #include <blockid/blocks/biquads.hpp>
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/fir.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/rational.hpp>
@@ -16,7 +17,7 @@
 namespace blockid::cli {
 namespace {
 
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+using detail::view;
 
 std::string child_name(const std::vector<LabelledBlock>& children, std::size_t k) {
   return children[k].label.empty() ? children[k].block.kind() + std::to_string(k + 1) : children[k].label;
@@ -59,8 +60,7 @@ struct Walk {
   static void run(const AnyBlock& block, const Eigen::VectorXd& theta, Eigen::VectorXd state, Eigen::VectorXd& signal) {
     if (signal.size() == 0) return;
     Eigen::VectorXd output(signal.size());
-    block.apply(view(theta), {state.data(), static_cast<std::size_t>(state.size())}, view(signal),
-                {output.data(), static_cast<std::size_t>(output.size())});
+    block.apply(view(theta), view(state), view(signal), view(output));
     signal = std::move(output);
   }
 };

@@ -1,6 +1,7 @@
 #include <blockid/estimators/fit.hpp>
 
 #include <blockid/blocks/curvature_knots.hpp>
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/blocks/spline.hpp>
@@ -24,6 +25,7 @@
 namespace blockid {
 namespace {
 
+using detail::view;
 using Clock = std::chrono::steady_clock;
 
 /// Relative difference of two RMSE that rounding alone may cause.
@@ -57,8 +59,6 @@ class SharedProgress {
 /// How an unsettled static block is placed for the signal v that reaches it.
 using Placement =
     std::function<AnyBlock(const AnyBlock& unsettled, const ChildParameters& current, const Eigen::VectorXd& v)>;
-
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 /// As the block itself wishes.
 AnyBlock placed_as_wished(const AnyBlock& unsettled, const ChildParameters&, const Eigen::VectorXd& v) {

@@ -1,5 +1,6 @@
 #include <blockid/estimators/frequency_fit.hpp>
 
+#include <blockid/blocks/detail/infinity.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/data/orthogonal_factor.hpp>
 #include <blockid/estimators/accumulators.hpp>
@@ -21,13 +22,13 @@
 namespace blockid {
 namespace {
 
+using detail::kInfinity;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxRelocations = 10;
 
 constexpr std::array<std::pair<FrequencyMethod, const char*>, 4> kMethods = {

@@ -1,5 +1,6 @@
 #include <blockid/estimators/gauges.hpp>
 
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/parallel.hpp>
 #include <blockid/blocks/series.hpp>
@@ -11,7 +12,7 @@
 namespace blockid {
 namespace {
 
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+using detail::view;
 
 /// One block of a row with its numbers.
 struct Link {

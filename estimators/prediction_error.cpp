@@ -1,5 +1,6 @@
 #include <blockid/estimators/prediction_error.hpp>
 
+#include <blockid/blocks/detail/infinity.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/complete_windows.hpp>
 #include <blockid/estimators/detail/filtered.hpp>
@@ -15,9 +16,8 @@ namespace {
 
 using detail::convolved;
 using detail::filtered;
+using detail::kInfinity;
 using Eigen::VectorXd;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// X/(C F) delta.
 VectorXd free_response(const VectorXd& x, const VectorXd& denominator, Index length) {

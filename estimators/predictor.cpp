@@ -1,6 +1,7 @@
 #include <blockid/estimators/predictor.hpp>
 
 #include <blockid/blocks/detail/kernels.hpp>
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/flush_denormals.hpp>
 #include <blockid/estimators/detail/line_aligned_array.hpp>
@@ -14,6 +15,8 @@
 namespace blockid {
 namespace {
 
+using detail::view;
+
 /// Bytes of a tangent tile that stay close to the processor; measured by bench/derivatives_bench.
 constexpr Index kTileBytes = 48 * 1024;
 
@@ -21,9 +24,6 @@ Index tile_rows(Index stride) {
   const Index rows = kTileBytes / static_cast<Index>(sizeof(double)) / stride / 8 * 8;
   return std::clamp<Index>(rows, 32, kMaxTileRows);
 }
-
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
-std::span<double> view(Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 bool all_finite(std::span<const double> values) {
   return detail::kernels().all_finite(values.data(), std::ssize(values));

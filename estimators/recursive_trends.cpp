@@ -1,5 +1,6 @@
 #include <blockid/estimators/recursive_trends.hpp>
 
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/data/error.hpp>
 
 #include <limits>
@@ -20,7 +21,7 @@ RecursiveTrends::RecursiveTrends(const TrendStructure& structure, double sample_
 bool RecursiveTrends::update(double u, double y) {
   if (!rows_.push(u, y)) return false;
   const Eigen::VectorXd& row = rows_.regressors();
-  least_squares_.update({row.data(), static_cast<std::size_t>(row.size())}, rows_.regressand());
+  least_squares_.update(detail::view(row), rows_.regressand());
   return least_squares_.is_determined();
 }
 

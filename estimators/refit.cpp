@@ -1,5 +1,6 @@
 #include <blockid/estimators/refit.hpp>
 
+#include <blockid/blocks/detail/infinity.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/detail/free_unknowns.hpp>
 #include <blockid/estimators/detail/gram_parts.hpp>
@@ -14,13 +15,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <utility>
 
 namespace blockid {
 namespace {
 
+using detail::kInfinity;
 using detail::rmse_of;
 using detail::seconds_since;
 
@@ -143,7 +144,6 @@ std::vector<Index> all_unknowns(Index count) {
 /// The part of the unknowns in `shown` as Ceres sees it.
 detail::SearchSpace space_of(const Eigen::VectorXd& p, const std::vector<Index>& shown, const std::vector<Index>& fixed,
                              const ParameterBounds& bounds) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   detail::SearchSpace space{.start = p(shown), .constant = constant_positions(shown, fixed)};
   space.bounds.lower = Eigen::VectorXd::Constant(space.start.size(), -kInfinity);
   space.bounds.upper = Eigen::VectorXd::Constant(space.start.size(), kInfinity);

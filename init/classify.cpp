@@ -1,3 +1,4 @@
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/fractional_filter.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/data/error.hpp>
@@ -21,10 +22,10 @@
 namespace blockid {
 namespace {
 
+using detail::view;
+
 constexpr Index kMostCoefficients = 60;
 constexpr double kExpansionTolerance = 0.01;
-
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 /// A root with its exponent in G_W.
 struct SharedOut {

@@ -1,3 +1,4 @@
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/fir.hpp>
 #include <blockid/blocks/fractional_filter.hpp>
 #include <blockid/blocks/series.hpp>
@@ -20,6 +21,8 @@
 namespace blockid {
 namespace {
 
+using detail::view;
+
 constexpr Index kFewestCoefficients = 20;
 constexpr Index kMostCoefficients = 60;
 /// Unknowns for each sample that a free expansion may use up.
@@ -28,8 +31,6 @@ constexpr double kCoefficientsPerSample = 0.1;
 constexpr double kExpansionTolerance = 0.01;
 /// Levenberg-Marquardt iterations of a reduction, which has next to no noise.
 constexpr int kReductionIterations = 40;
-
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 /// Roots of a filter whose impulse response squared has the given ones: their square roots.
 FractionalRoots square_roots(FractionalRoots roots) {

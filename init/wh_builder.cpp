@@ -1,3 +1,4 @@
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/gain.hpp>
 #include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/series.hpp>
@@ -160,7 +161,7 @@ StaticFit WienerHammersteinBuilder::fitted(const Eigen::VectorXd& first, const E
     v /= deviation;
   }
   AnyBlock& f = blocks[structure_.static_block].block;
-  f = f.adapted_to({v.data(), static_cast<std::size_t>(v.size())});
+  f = f.adapted_to(detail::view(v));
   std::vector<double> theta;
   for (std::size_t k = 0; k < blocks.size(); ++k) {
     Eigen::VectorXd part = blocks[k].block.initial_parameters();

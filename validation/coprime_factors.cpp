@@ -1,5 +1,6 @@
 #include <blockid/validation/coprime_factors.hpp>
 
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/rational.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/validation/detail/stable_radius.hpp>
@@ -12,6 +13,7 @@
 namespace blockid {
 namespace {
 
+using detail::view;
 using Eigen::VectorXd;
 
 using detail::kStableRadius;
@@ -52,9 +54,7 @@ VectorXd filter(const DiscreteTransferFunction& g, const VectorXd& u) {
   theta << g.numerator / g.denominator[0], g.denominator.tail(g.denominator.size() - 1) / g.denominator[0];
   VectorXd state = VectorXd::Zero(block.state_count());
   VectorXd y(u.size());
-  block.apply<double>({theta.data(), static_cast<std::size_t>(theta.size())},
-                      {state.data(), static_cast<std::size_t>(state.size())},
-                      {u.data(), static_cast<std::size_t>(u.size())}, {y.data(), static_cast<std::size_t>(y.size())});
+  block.apply<double>(view(theta), view(state), view(u), view(y));
   return y;
 }
 

@@ -1,19 +1,20 @@
 #include <blockid/validation/interior_point.hpp>
 
+#include <blockid/blocks/detail/infinity.hpp>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace blockid {
 namespace {
 
+using detail::kInfinity;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// How far a step goes towards the boundary of the cone.
 constexpr double kStepFraction = 0.95;
 constexpr int kLanczosSteps = 40;

@@ -1,22 +1,22 @@
 #include <blockid/validation/noise_free_bound.hpp>
 
+#include <blockid/blocks/detail/infinity.hpp>
 #include <blockid/data/error.hpp>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace blockid {
 namespace {
 
+using detail::kInfinity;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// tau / |T_v| below which the rounding of w counts.
 constexpr double kSmallestTau = 1e-10;
 constexpr double kNormTolerance = 1e-12;

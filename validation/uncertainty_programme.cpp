@@ -1,5 +1,6 @@
 #include <blockid/validation/uncertainty_programme.hpp>
 
+#include <blockid/blocks/detail/infinity.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/validation/dense_product.hpp>
 #include <blockid/validation/hankel_products.hpp>
@@ -8,16 +9,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace blockid {
 namespace {
 
+using detail::kInfinity;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::array<double, 2> kSigns = {1.0, -1.0};
 /// A noise bound below this times max|w| is zero.
 constexpr double kZeroNoise = 1e-9;

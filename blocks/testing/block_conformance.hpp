@@ -7,6 +7,7 @@
 #pragma once
 
 #include <blockid/blocks/any_block.hpp>
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/testing/conformance_report.hpp>
 
 #include <Eigen/Core>
@@ -115,8 +116,7 @@ struct ConformanceCase {
 
 namespace detail {
 
-inline std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
-inline std::span<double> view(Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
+using blockid::detail::view;
 
 /// Equal bit for bit, NaN included.
 inline bool same_bits(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {

@@ -1,5 +1,6 @@
 #include <blockid/cli/report/bode_band.hpp>
 
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/data/frequency_response.hpp>
 
@@ -13,6 +14,7 @@
 namespace blockid::cli {
 namespace {
 
+using detail::view;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
@@ -21,8 +23,6 @@ using Eigen::VectorXd;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 /// 20 / ln 10: dB of one neper.
 const double kDecibels = 20.0 / std::log(10.0);
-
-std::span<const double> view(const VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 VectorXcd responses(const AnyBlock& block, const VectorXd& theta, const VectorXd& omega) {
   VectorXcd g(omega.size());
@@ -37,7 +37,7 @@ VectorXcd responses(const AnyBlock& block, const VectorXd& theta, const VectorXd
 VectorXd outputs(const AnyBlock& block, const VectorXd& theta, const VectorXd& u) {
   VectorXd y(u.size());
   std::vector<double> x(static_cast<std::size_t>(block.state_count()), 0.0);
-  block.apply(view(theta), x, view(u), {y.data(), static_cast<std::size_t>(y.size())});
+  block.apply(view(theta), x, view(u), view(y));
   return y;
 }
 

@@ -1,6 +1,7 @@
 // Polynomials in q^-1 acting on whole signals.
 #pragma once
 
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/rational.hpp>
 
 #include <Eigen/Core>
@@ -15,9 +16,7 @@ inline Eigen::VectorXd filtered(const Eigen::VectorXd& b, const Eigen::VectorXd&
   theta << b, a.tail(a.size() - 1);
   Eigen::VectorXd state = Eigen::VectorXd::Zero(filter.state_count());
   Eigen::VectorXd y(x.size());
-  filter.apply<double>({theta.data(), static_cast<std::size_t>(theta.size())},
-                       {state.data(), static_cast<std::size_t>(state.size())},
-                       {x.data(), static_cast<std::size_t>(x.size())}, {y.data(), static_cast<std::size_t>(y.size())});
+  filter.apply<double>(view(theta), view(state), view(x), view(y));
   return y;
 }
 

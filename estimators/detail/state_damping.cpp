@@ -1,5 +1,7 @@
 #include <blockid/estimators/detail/state_damping.hpp>
 
+#include <blockid/blocks/detail/view.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -25,8 +27,7 @@ Eigen::VectorXd state_powers(const AnyBlock& chain, const Eigen::VectorXd& theta
   std::vector<double> y(static_cast<std::size_t>(step));
   Index looks = 0;
   for (Index first = 0; first + step <= u.size(); first += step) {
-    chain.apply({theta.data(), static_cast<std::size_t>(theta.size())}, {x.data(), static_cast<std::size_t>(x.size())},
-                {u.data() + first, static_cast<std::size_t>(step)}, y);
+    chain.apply(view(theta), view(x), {u.data() + first, static_cast<std::size_t>(step)}, y);
     sum += x.cwiseAbs2();
     ++looks;
   }
