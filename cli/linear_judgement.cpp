@@ -1,6 +1,7 @@
 #include <blockid/cli/linear_outcome.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 #include <blockid/estimators/prediction_error.hpp>
 
 #include <utility>
@@ -8,7 +9,7 @@
 namespace blockid::cli {
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using detail::RowMajor;
 
 /// Prediction errors beside the simulation, which depends on the input alone, as the instruments must; and what errors
 /// of the parameters add to them.

@@ -3,6 +3,7 @@
 #include <blockid/blocks/block.hpp>
 #include <blockid/blocks/detail/kernels.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
@@ -13,6 +14,8 @@
 
 namespace blockid {
 namespace {
+
+using detail::RowMajor;
 
 /// Eigen-decomposition of D^-1 A D^-1 with D = sqrt(diag A): columns of different units become comparable.
 struct ScaledEigen {
@@ -93,7 +96,6 @@ QrTriangle::QrTriangle(Index columns) : triangle_(Eigen::MatrixXd::Zero(columns,
 }
 
 void QrTriangle::add(const double* data, Index rows, Index stride) {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const Index columns = triangle_.cols();
   Eigen::MatrixXd stacked(columns + rows, columns);
   stacked.topRows(columns) = triangle_;

@@ -37,6 +37,9 @@ struct Candidate {
   int iterations = 0;
 };
 
+/// Best first.
+inline bool lower_error(const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; }
+
 /// Where a long computation stands.
 struct Progress {
   /// e.g. "best linear approximation", "splits", "refit 2".

@@ -11,6 +11,7 @@
 #include <blockid/estimators/frequency_fit.hpp>
 
 #include <blockid/blocks/detail/hold.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -25,13 +26,13 @@ namespace {
 
 using detail::ContinuousEquation;
 using detail::ContinuousUnknowns;
+using detail::RowMajor;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-constexpr std::array<std::pair<ContinuousMethod, const char*>, 3> kMethods = {
+constexpr std::array<std::pair<ContinuousMethod, const char*>, 3> kContinuousMethods = {
     {{ContinuousMethod::least_squares, "ls"},
      {ContinuousMethod::instrumental_variables, "iv"},
      {ContinuousMethod::refined_instrumental_variables, "srivc"}}};
@@ -61,7 +62,7 @@ VectorXcd poles_of(const RationalBasis& basis, const VectorXd& a) {
 // -------------------------------------------------------------------------------------------------------- estimates
 
 /// An estimate under one prefilter, x = [c.., b, a - d].
-struct Estimate {
+struct PrefilteredEstimate {
   VectorXd x;
   Index rank = 0;
   /// e'e of the filtered equation.
@@ -113,18 +114,18 @@ QrTriangle reduced(const QrTriangle& regression, const Freedom& freedom, const V
 }
 
 /// q and its covariance as x and that of x.
-Estimate expanded(Estimate estimate, const Freedom& freedom, const VectorXd& d) {
+PrefilteredEstimate expanded(PrefilteredEstimate estimate, const Freedom& freedom, const VectorXd& d) {
   estimate.x = (freedom.offset(d) + freedom.directions() * estimate.x).eval();
   estimate.covariance = (freedom.directions() * estimate.covariance * freedom.directions().transpose()).eval();
   return estimate;
 }
 
-Estimate least_squares(const QrTriangle& regression) {
+PrefilteredEstimate least_squares(const QrTriangle& regression) {
   const LinearSolution solution = solve_least_squares(regression);
   return {solution.x, solution.rank, solution.residual_sum_of_squares, scaled_pseudo_inverse(regression).matrix};
 }
 
-Estimate least_squares(const QrTriangle& regression, const Freedom& freedom, const VectorXd& d) {
+PrefilteredEstimate least_squares(const QrTriangle& regression, const Freedom& freedom, const VectorXd& d) {
   if (!freedom.constrained()) return least_squares(regression);
   return expanded(least_squares(reduced(regression, freedom, d)), freedom, d);
 }
@@ -145,13 +146,13 @@ class InstrumentTriangle {
   }
 
   /// Z'X x = Z'y is R_zx x = r_z, Z = Q R_zz.
-  Estimate estimate() const {
+  PrefilteredEstimate estimate() const {
     const Index unknowns = z_.cols();
     const QrTriangle square = triangle_of(equations_.topRows(unknowns));
     const LinearSolution solution = solve_least_squares(square);
-    Estimate estimate{solution.x, solution.rank,
-                      (equations_.leftCols(unknowns) * solution.x - equations_.col(unknowns)).squaredNorm(),
-                      scaled_pseudo_inverse(square).matrix};
+    PrefilteredEstimate estimate{solution.x, solution.rank,
+                                 (equations_.leftCols(unknowns) * solution.x - equations_.col(unknowns)).squaredNorm(),
+                                 scaled_pseudo_inverse(square).matrix};
     return freedom_.constrained() ? expanded(std::move(estimate), freedom_, d_) : estimate;
   }
   /// (Z'Z)^+.
@@ -190,7 +191,7 @@ class InstrumentTriangle {
 /// An estimate with the prefilter under which it was found.
 struct Found {
   ContinuousUnknowns theta;
-  Estimate estimate;
+  PrefilteredEstimate estimate;
   int iterations = 1;
   bool converged = true;
 };
@@ -203,9 +204,9 @@ InstrumentTriangle instruments(const ContinuousEquation& equation, const Freedom
   return {equation.regression(d, stable), equation.order(), freedom, d};
 }
 
-Found instrumental_variables(const ContinuousEquation& equation, const Freedom& freedom, const Found& start) {
+Found with_instruments(const ContinuousEquation& equation, const Freedom& freedom, const Found& start) {
   const VectorXd d = fixed_prefilter(equation.basis());
-  Estimate estimate = instruments(equation, freedom, start.theta, d).estimate();
+  PrefilteredEstimate estimate = instruments(equation, freedom, start.theta, d).estimate();
   ContinuousUnknowns theta = equation.unknowns_of(estimate.x, d);
   return {std::move(theta), std::move(estimate), start.iterations + 1, true};
 }
@@ -259,7 +260,7 @@ Found refined(const ContinuousEquation& equation, const Freedom& freedom, const 
     const VectorXd d = detail::mirrored_denominator(equation.basis(), theta.a);
     theta.a = d;
     const InstrumentTriangle triangle = instruments(equation, freedom, theta, d);
-    Estimate estimate = triangle.estimate();
+    PrefilteredEstimate estimate = triangle.estimate();
     const VectorXd step = estimate.x - equation.coordinates_of(theta, d);
     theta = equation.unknowns_of(estimate.x, d);
     best.iterations = start.iterations + k;
@@ -277,12 +278,12 @@ Found refined(const ContinuousEquation& equation, const Freedom& freedom, const 
 
 Found found_by(const ContinuousEquation& equation, const Freedom& freedom, const QrTriangle& regression,
                const VectorXd& prefilter, const ContinuousFitOptions& options) {
-  Estimate first = least_squares(regression, freedom, prefilter);
+  PrefilteredEstimate first = least_squares(regression, freedom, prefilter);
   ContinuousUnknowns theta = equation.unknowns_of(first.x, prefilter);
   Found found{std::move(theta), std::move(first), 1, true};
   if (!is_finite(found.theta)) fail("continuous fit: the least-squares problem has no finite solution");
   if (options.method == ContinuousMethod::least_squares) return found;
-  Found instrumental = instrumental_variables(equation, freedom, found);
+  Found instrumental = with_instruments(equation, freedom, found);
   if (options.method == ContinuousMethod::instrumental_variables) return instrumental;
   return refined(equation, freedom, is_finite(instrumental.theta) ? instrumental : found, options);
 }
@@ -331,7 +332,7 @@ bool outside_band(const ContinuousEquation& equation, const DataSet& data) {
 }  // namespace
 
 std::string to_text(ContinuousMethod method) {
-  for (const auto& [entry, name] : kMethods) {
+  for (const auto& [entry, name] : kContinuousMethods) {
     if (entry == method) return name;
   }
   return "unknown";
@@ -339,7 +340,7 @@ std::string to_text(ContinuousMethod method) {
 
 ContinuousMethod continuous_method(const std::string& name) {
   std::string names;
-  for (const auto& [method, entry] : kMethods) {
+  for (const auto& [method, entry] : kContinuousMethods) {
     if (name == entry) return method;
     names += (names.empty() ? "" : ", ") + std::string(entry);
   }

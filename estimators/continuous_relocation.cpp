@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kMaxRelocations = 5;
+constexpr int kMaxTimeDomainRelocations = 5;
 /// Fits whose simulations differ by less are one: then the smaller drift is better.
 constexpr double kSameRms = 1.0 + 1e-6;
 
@@ -59,7 +59,7 @@ class BreakPointSearch {
   /// To the moduli of the poles found, as long as |A/E| drifts.
   void settle(ContinuousFit current) {
     const FrequencyRange all = sampled_band(data_);
-    for (int k = 0; k < kMaxRelocations && current.flags.drift; ++k) {
+    for (int k = 0; k < kMaxTimeDomainRelocations && current.flags.drift; ++k) {
       current = attempt(detail::relocated_points(poles(current.model), all));
     }
   }

@@ -4,6 +4,7 @@
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/accumulators.hpp>
 #include <blockid/estimators/detail/held_states.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 
 #include <cmath>
 #include <limits>
@@ -12,9 +13,9 @@
 namespace blockid {
 namespace {
 
+using detail::RowMajor;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// (N, n) [c e^{At} e_k]: what each initial state adds to the output. Impulse responses of the filter bank, which are
 /// of like size whatever the band, rather than the states one by one.

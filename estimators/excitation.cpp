@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -41,12 +42,6 @@ VectorXd blackman_harris(Index count) {
   return window;
 }
 
-Index power_of_two_above(Index count) {
-  Index size = 1;
-  while (size < count) size *= 2;
-  return size;
-}
-
 /// Turns that are not whole leave nothing in it.
 double windowed_mean(const VectorXd& u) {
   const VectorXd window = blackman_harris(u.size());
@@ -54,7 +49,7 @@ double windowed_mean(const VectorXd& u) {
 }
 
 /// Lines 0 .. size / 2 of the windowed input, its mean removed.
-VectorXd powers_of_lines(const VectorXd& u, Index size) {
+VectorXd powers_of_windowed_lines(const VectorXd& u, Index size) {
   VectorXd padded = VectorXd::Zero(size);
   padded.head(u.size()) = blackman_harris(u.size()).array() * (u.array() - windowed_mean(u));
   Eigen::VectorXcd spectrum(size);
@@ -64,8 +59,8 @@ VectorXd powers_of_lines(const VectorXd& u, Index size) {
 }
 
 std::vector<Cluster> clusters_of(const Record& record) {
-  const Index size = power_of_two_above(record.u.size());
-  const VectorXd power = powers_of_lines(record.u, size);
+  const Index size = static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(record.u.size())));
+  const VectorXd power = powers_of_windowed_lines(record.u, size);
   const double least = kLeastPower * power.maxCoeff();
   const double spacing = 2.0 * std::numbers::pi / (static_cast<double>(size) * record.sample_time_s);
   const double part = static_cast<double>(record.u.size()) / static_cast<double>(size);

@@ -4,13 +4,12 @@
 #include <unsupported/Eigen/FFT>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
 namespace blockid {
 namespace {
-
-using Index = Eigen::Index;
 
 /// Of the power of the input at either end.
 constexpr double kLeftOut = 0.01;
@@ -22,14 +21,8 @@ const Record& longest(const DataSet& data) {
                            [](const Record& a, const Record& b) { return a.u.size() < b.u.size(); });
 }
 
-Index power_of_two_above(Index count) {
-  Index size = 1;
-  while (size < count) size *= 2;
-  return size;
-}
-
 /// Lines 1 .. size / 2 of the spectrum of u, padded with zeros to `size`.
-Eigen::VectorXd powers_of_lines(const Eigen::VectorXd& u, Index size) {
+Eigen::VectorXd powers_of_lines(const Eigen::VectorXd& u, Eigen::Index size) {
   Eigen::VectorXd padded = Eigen::VectorXd::Zero(size);
   padded.head(u.size()) = u.array() - u.mean();
   Eigen::VectorXcd spectrum(size);
@@ -49,7 +42,7 @@ FrequencyRange sampled_band(const DataSet& data) {
 FrequencyRange excited_band(const DataSet& data) {
   const Record& record = longest(data);
   const FrequencyRange all = sampled_band(data);
-  const Index size = power_of_two_above(record.u.size());
+  const Eigen::Index size = static_cast<Eigen::Index>(std::bit_ceil(static_cast<std::size_t>(record.u.size())));
   const Eigen::VectorXd power = powers_of_lines(record.u, size);
   const double total = power.sum();
   if (!(total > 0.0)) return all;

@@ -6,6 +6,7 @@
 #include <blockid/blocks/series.hpp>
 #include <blockid/blocks/spline.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/elapsed.hpp>
 #include <blockid/estimators/detail/parallel_for.hpp>
 #include <blockid/estimators/detail/unknowns.hpp>
 #include <blockid/estimators/gauges.hpp>
@@ -14,7 +15,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -25,13 +25,12 @@
 namespace blockid {
 namespace {
 
+using detail::Clock;
+using detail::seconds_since;
 using detail::view;
-using Clock = std::chrono::steady_clock;
 
 /// Relative difference of two RMSE that rounding alone may cause.
 constexpr double kEqualRmse = 1e-9;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// The caller's progress function made safe for several threads, with a memory of the cancellation.
 class SharedProgress {

@@ -5,6 +5,7 @@
 #include <blockid/data/orthogonal_factor.hpp>
 #include <blockid/estimators/accumulators.hpp>
 #include <blockid/estimators/detail/break_point_relocation.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 #include <blockid/estimators/excited_band.hpp>
 
 #include <ceres/cost_function.h>
@@ -23,15 +24,16 @@ namespace blockid {
 namespace {
 
 using detail::kInfinity;
+using detail::RowMajor;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
-constexpr int kMaxRelocations = 10;
+constexpr int kMaxFrequencyRelocations = 10;
 
-constexpr std::array<std::pair<FrequencyMethod, const char*>, 4> kMethods = {
+constexpr std::array<std::pair<FrequencyMethod, const char*>, 4> kFrequencyMethods = {
     {{FrequencyMethod::least_squares, "ls"},
      {FrequencyMethod::sanathanan_koerner, "sk"},
      {FrequencyMethod::instrumental_variables, "iv"},
@@ -238,7 +240,7 @@ class Tones {
 
 // ---------------------------------------------------------------------------------------------------------- methods
 
-struct Estimate {
+struct ResponseEstimate {
   VectorXd theta;
   double cost = kInfinity;
   int iterations = 0;
@@ -255,8 +257,8 @@ Solution least_squares(const Tones& tones, const VectorXcd& row_weights, double 
 
 /// theta <- step(theta) until the response stands still; the best iterate.
 template <class Step>
-Estimate iterate(const Tones& tones, const VectorXd& start, const FrequencyFitOptions& options, Step step) {
-  Estimate best{start, tones.cost(start), 0, false};
+ResponseEstimate iterate(const Tones& tones, const VectorXd& start, const FrequencyFitOptions& options, Step step) {
+  ResponseEstimate best{start, tones.cost(start), 0, false};
   VectorXd theta = start;
   VectorXcd response = tones.response(theta);
   for (int k = 1; k <= options.max_iterations; ++k) {
@@ -278,7 +280,7 @@ Estimate iterate(const Tones& tones, const VectorXd& start, const FrequencyFitOp
   return best;
 }
 
-Estimate sanathanan_koerner(const Tones& tones, const VectorXd& start, const FrequencyFitOptions& options) {
+ResponseEstimate sanathanan_koerner(const Tones& tones, const VectorXd& start, const FrequencyFitOptions& options) {
   return iterate(tones, start, options, [&](const VectorXd& theta) {
     return least_squares(tones, tones.prefilter(theta), options.rank_tolerance).theta;
   });
@@ -302,7 +304,7 @@ VectorXd instrumental_step(const Tones& tones, const VectorXd& theta) {
   return projected.colPivHouseholderQr().solve(right).array() / norms.array();
 }
 
-Estimate instrumental_variables(const Tones& tones, const VectorXd& start, const FrequencyFitOptions& options) {
+ResponseEstimate instrumental_variables(const Tones& tones, const VectorXd& start, const FrequencyFitOptions& options) {
   return iterate(tones, start, options, [&](const VectorXd& theta) { return instrumental_step(tones, theta); });
 }
 
@@ -315,7 +317,6 @@ class ResponseCost final : public ceres::CostFunction {
   }
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     const VectorXd theta = Eigen::Map<const VectorXd>(parameters[0], tones_.parameters());
     Eigen::Map<VectorXd> r(residuals, num_residuals());
     r = stacked(tones_.residuals(theta));
@@ -331,8 +332,8 @@ class ResponseCost final : public ceres::CostFunction {
   const Tones& tones_;
 };
 
-Estimate maximum_likelihood(const Tones& tones, const VectorXd& start, const FrequencyFitOptions& options) {
-  Estimate result{start, tones.cost(start), 0, false};
+ResponseEstimate maximum_likelihood(const Tones& tones, const VectorXd& start, const FrequencyFitOptions& options) {
+  ResponseEstimate result{start, tones.cost(start), 0, false};
   VectorXd theta = start;
   ResponseCost cost(tones);
   ceres::Problem::Options problem_options;
@@ -366,13 +367,13 @@ double rounding_floor(const Tones& tones, const VectorXd& theta) {
 }
 
 /// From a given start the method alone, otherwise all methods before it one after another.
-Estimate run_method(const Tones& tones, const VectorXd& first, const FrequencyFitOptions& options) {
+ResponseEstimate run_method(const Tones& tones, const VectorXd& first, const FrequencyFitOptions& options) {
   const bool alone = options.start.size() > 0;
-  Estimate result{alone ? options.start : first, kInfinity, 1, true};
+  ResponseEstimate result{alone ? options.start : first, kInfinity, 1, true};
   result.cost = tones.cost(result.theta);
   const auto follow = [&](FrequencyMethod method, auto&& function) {
     if (options.method < method || (alone && options.method != method)) return;
-    Estimate next = function(tones, result.theta, options);
+    ResponseEstimate next = function(tones, result.theta, options);
     next.iterations += method == FrequencyMethod::sanathanan_koerner ? 0 : result.iterations;
     // What stood still before, or is rounding only, has left nothing to gain.
     const bool settled = method == FrequencyMethod::maximum_likelihood && result.converged;
@@ -401,23 +402,24 @@ FrequencyRange positive_band(const VectorXd& omega) {
 
 bool outside(const RationalBasis& basis, const FrequencyRange& band) {
   if (basis.kind != BasisKind::localising) return false;
-  constexpr double kRounding = 1e-9;
-  return basis.points.minCoeff() < band.low * (1.0 - kRounding) ||
-         basis.points.maxCoeff() > band.high * (1.0 + kRounding);
+  constexpr double kBandRounding = 1e-9;
+  return basis.points.minCoeff() < band.low * (1.0 - kBandRounding) ||
+         basis.points.maxCoeff() > band.high * (1.0 + kBandRounding);
 }
 
 /// An estimate with the basis in which it was made.
-struct Placed {
+struct PlacedBasis {
   RationalBasis basis;
-  Estimate estimate;
+  ResponseEstimate estimate;
   Solution first;
   double drift = kInfinity;
 };
 
-Placed place(const InputOutputSpectra& data, const VectorXd& weights, const RationalBasis& basis,
-             const FrequencyFitOptions& options) {
+PlacedBasis place(const InputOutputSpectra& data, const VectorXd& weights, const RationalBasis& basis,
+                  const FrequencyFitOptions& options) {
   const Tones tones(data, weights, basis);
-  Placed result{basis, {}, least_squares(tones, tones.weights().cast<Complex>(), options.rank_tolerance), kInfinity};
+  PlacedBasis result{
+      basis, {}, least_squares(tones, tones.weights().cast<Complex>(), options.rank_tolerance), kInfinity};
   if (!result.first.theta.allFinite()) fail("frequency fit: the least-squares problem has no finite solution");
   if (options.start.size() > 0 && options.start.size() != tones.parameters()) {
     fail("frequency fit: expected a start of ", tones.parameters(), " numbers, got ", options.start.size());
@@ -430,7 +432,7 @@ Placed place(const InputOutputSpectra& data, const VectorXd& weights, const Rati
 /// Costs within this factor are one: then the smaller drift is better.
 constexpr double kSameCost = 1.0 + 1e-6;
 
-bool better(const Placed& left, const Placed& right, double floor) {
+bool better(const PlacedBasis& left, const PlacedBasis& right, double floor) {
   const double a = std::max(left.estimate.cost, floor);
   const double b = std::max(right.estimate.cost, floor);
   if (a > b * kSameCost) return false;
@@ -438,12 +440,12 @@ bool better(const Placed& left, const Placed& right, double floor) {
 }
 
 struct Relocated {
-  Placed best;
+  PlacedBasis best;
   int relocations = 0;
 };
 
-Relocated relocate(const InputOutputSpectra& data, const VectorXd& weights, const FrequencyRange& band, Placed start,
-                   const FrequencyFitOptions& options) {
+Relocated relocate(const InputOutputSpectra& data, const VectorXd& weights, const FrequencyRange& band,
+                   PlacedBasis start, const FrequencyFitOptions& options) {
   Relocated result{std::move(start), 0};
   const RationalBasis given = result.best.basis;
   const double floor = rounding_floor(Tones(data, weights, given), result.best.estimate.theta);
@@ -452,13 +454,13 @@ Relocated relocate(const InputOutputSpectra& data, const VectorXd& weights, cons
   const auto attempt = [&](const VectorXd& points) {
     RationalBasis basis = given;
     basis.points = points;
-    Placed next = place(data, weights, basis, from_scratch);
+    PlacedBasis next = place(data, weights, basis, from_scratch);
     ++result.relocations;
     if (better(next, result.best, floor)) result.best = next;
     return next;
   };
-  const auto settle = [&](Placed current) {
-    for (int k = 0; k < kMaxRelocations && current.drift > kDriftLimit; ++k) {
+  const auto settle = [&](PlacedBasis current) {
+    for (int k = 0; k < kMaxFrequencyRelocations && current.drift > kDriftLimit; ++k) {
       const ContinuousTransferFunction model{current.basis, current.estimate.theta.head(given.order),
                                              current.estimate.theta.tail(given.numerator_degree + 1)};
       current = attempt(detail::relocated_points(poles(model), band));
@@ -508,13 +510,13 @@ InputOutputSpectra spectra_of(const FrequencyResponse& g) {
 }
 
 std::string to_text(FrequencyMethod method) {
-  for (const auto& [entry, name] : kMethods) {
+  for (const auto& [entry, name] : kFrequencyMethods) {
     if (entry == method) return name;
   }
   return "unknown";
 }
 
-FrequencyMethod frequency_method(const std::string& name) { return named(kMethods, name, "method"); }
+FrequencyMethod frequency_method(const std::string& name) { return named(kFrequencyMethods, name, "method"); }
 
 std::string to_text(FrequencyWeighting weighting) {
   for (const auto& [entry, name] : kWeightings) {
@@ -542,7 +544,7 @@ FrequencyFit fit_frequency_response(const InputOutputSpectra& data, const Ration
   check_options(options);
   FrequencyFit fit;
   fit.weights = used_weights(data, options);
-  Placed placed = place(data, fit.weights, basis, options);
+  PlacedBasis placed = place(data, fit.weights, basis, options);
   const Tones given(data, fit.weights, basis);
   const FrequencyRange band = positive_band(given.omega());
   if (options.relocate && basis.kind == BasisKind::localising && placed.drift > kDriftLimit) {

@@ -35,11 +35,11 @@ void add_criteria(PolynomialFit& fit) {
 }
 
 /// A record with the model's prediction errors of it.
-struct Placed {
+struct PlacedStates {
   PredictionError function;
   VectorXd p;
 
-  Placed(const PolynomialModel& model, const Record& record, const PredictionOptions& options)
+  PlacedStates(const PolynomialModel& model, const Record& record, const PredictionOptions& options)
       : function(model.orders, record, options, model.u_mean, model.y_mean),
         p(function.with_fitted_states(model.theta)) {}
 
@@ -107,14 +107,14 @@ PolynomialFit refit(const PolynomialModel& start, const DataSet& data, const Pol
 
 VectorXd prediction_errors(const PolynomialModel& model, const Record& record, const PredictionOptions& options) {
   check(model);
-  const Placed placed(model, record, options);
+  const PlacedStates placed(model, record, options);
   return placed.function.errors(placed.p, 0);
 }
 
 VectorXd predict(const PolynomialModel& model, const Record& record, Index k, const PredictionOptions& options) {
   check(model);
   if (k < 1) fail("prediction: expected a horizon of at least one sample, got ", k);
-  const Placed placed(model, record, options);
+  const PlacedStates placed(model, record, options);
   if (k == kSimulation || has_white_noise_at_output(model.orders)) return simulated(model, record, placed.past());
   const Index horizon = std::min(k, record.u.size());
   VectorXd e = placed.function.errors(placed.p, 0);

@@ -1,6 +1,7 @@
 #include <blockid/estimators/predictor_cost.hpp>
 
 #include <blockid/estimators/detail/gram_parts.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +10,7 @@
 namespace blockid {
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using detail::RowMajor;
 
 /// Share of the cost before the least-squares step below which the cost after it is computed anew from residuals.
 constexpr double kCancellation = 1e-6;

@@ -1,6 +1,8 @@
 // Least squares that follow the data row by row.
 #pragma once
 
+#include <blockid/estimators/detail/row_major.hpp>
+
 #include <Eigen/Core>
 #include <span>
 
@@ -43,8 +45,6 @@ class RecursiveLeastSquares {
   double residual_sum_of_squares() const { return residual_; }
 
  private:
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
   void rotate_in();
 
   Eigen::Index parameters_;
@@ -54,7 +54,7 @@ class RecursiveLeastSquares {
   double effective_rows_ = 0.0;
   double residual_ = 0.0;
   /// (P, P + 1) [R, Q'd].
-  RowMajor triangle_;
+  detail::RowMajor triangle_;
   Eigen::VectorXd row_;
 };
 

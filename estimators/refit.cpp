@@ -224,8 +224,8 @@ void add_covariance(RefitReport& report, const DataSet& data, const RefitOptions
 
 /// Ceres writes to stderr when they do at its start.
 bool derivatives_overflow(const Predictor& predictor, const Eigen::VectorXd& p, double rmse) {
-  constexpr double kHuge = 1e50;
-  if (rmse <= kHuge) return false;
+  constexpr double kHugeRmse = 1e50;
+  if (rmse <= kHugeRmse) return false;
   NormalEquations sums(predictor.unknown_count() + 1);
   return !predictor.accumulate(p, sums);
 }

@@ -3,6 +3,7 @@
 #include <blockid/blocks/detail/hold.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/accumulators.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 
 #include <Eigen/Eigenvalues>
 
@@ -13,9 +14,9 @@
 namespace blockid {
 namespace {
 
-constexpr Index kTileRows = 256;
+using detail::RowMajor;
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+constexpr Index kTileRows = 256;
 
 void check_records(const DataSet& data) {
   if (data.records.empty()) fail("trends: expected at least one record, got none");

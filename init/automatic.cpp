@@ -125,9 +125,9 @@ Initialiser start_from_filters(const Family& family, const Model& model, const S
 }
 
 /// The search over structures.
-class Search {
+class StructureSearch {
  public:
-  Search(Family family, Initialiser first_start, const DataSet& data, const AutomaticOptions& options)
+  StructureSearch(Family family, Initialiser first_start, const DataSet& data, const AutomaticOptions& options)
       : family_(std::move(family)),
         first_start_(std::move(first_start)),
         options_(options),
@@ -271,7 +271,7 @@ AutomaticResult search(const std::string& who, const Family& family, const Initi
       !(options.validation_share < 1.0) || !(options.improvement >= 0.0)) {
     fail(who, ": max_order must be >= 1, max_delay, samples and improvement >= 0, validation_share within (0, 1)");
   }
-  Search search(family, initialiser, data, options);
+  StructureSearch search(family, initialiser, data, options);
   search.run();
   const AnyBlock chain = family.chain(search.structure());
   AutomaticResult result{*search.best(), to_text(chain), search.tried()};

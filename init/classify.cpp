@@ -6,6 +6,7 @@
 #include <blockid/init/classify.hpp>
 #include <blockid/init/detail/candidate_loop.hpp>
 #include <blockid/init/detail/repeated.hpp>
+#include <blockid/init/detail/short_expansion.hpp>
 #include <blockid/init/exponent_starts.hpp>
 #include <blockid/init/fractional_chain.hpp>
 #include <blockid/init/starting_bla.hpp>
@@ -23,9 +24,6 @@ namespace blockid {
 namespace {
 
 using detail::view;
-
-constexpr Index kMostCoefficients = 60;
-constexpr double kExpansionTolerance = 0.01;
 
 /// A root with its exponent in G_W.
 struct SharedOut {
@@ -123,7 +121,7 @@ class Classifier {
         settings_(settings),
         roots_(expandable_roots(bla.poles, bla.zeros)) {
     for (const std::complex<double>& pole : roots_.finite.poles) inner_poles_.push_back(group_of(pole));
-    const Index wanted = expansion_length(inner_poles_, {}, kExpansionTolerance, kMostCoefficients);
+    const Index wanted = detail::short_expansion_length(inner_poles_);
     length_ = settings.coefficients > 0 ? settings.coefficients : wanted;
     double sum = 0.0;
     Index count = 0;
@@ -258,8 +256,7 @@ std::vector<Candidate> classified(const AnyBlock& chain, const DataSet& data, co
   std::vector<std::vector<Candidate>> of_start(starts.size());
   detail::candidate_loop(starts.size(), "classify", options, [&](std::size_t k) -> std::optional<Candidate> {
     of_start[k] = classifier.candidates(starts[k]);
-    const auto best = std::min_element(of_start[k].begin(), of_start[k].end(),
-                                       [](const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; });
+    const auto best = std::min_element(of_start[k].begin(), of_start[k].end(), lower_error);
     if (best == of_start[k].end()) return std::nullopt;
     return *best;
   });

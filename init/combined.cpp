@@ -31,7 +31,7 @@ Initialiser combined(std::vector<Initialiser> initialisers) {
       std::vector<Candidate> some = initialiser(chain, data, settings);
       std::move(some.begin(), some.end(), std::back_inserter(all));
     }
-    std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; });
+    std::stable_sort(all.begin(), all.end(), lower_error);
     return detail::without_repeated(std::move(all));
   };
 }

@@ -62,7 +62,7 @@ class Escalation {
       if (one) found_.push_back(std::move(*one));
     }
     std::stable_sort(found_.begin(), found_.end(),
-                     [](const Refitted& a, const Refitted& b) { return a.candidate.rmse < b.candidate.rmse; });
+                     [](const Refitted& a, const Refitted& b) { return lower_error(a.candidate, b.candidate); });
   }
 
   /// Whether the best model leaves nothing to explain.

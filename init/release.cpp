@@ -5,6 +5,7 @@
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/refit.hpp>
 #include <blockid/init/detail/candidate_loop.hpp>
+#include <blockid/init/detail/short_expansion.hpp>
 #include <blockid/init/exponent_starts.hpp>
 #include <blockid/init/fractional_chain.hpp>
 #include <blockid/init/release.hpp>
@@ -24,11 +25,8 @@ namespace {
 using detail::view;
 
 constexpr Index kFewestCoefficients = 20;
-constexpr Index kMostCoefficients = 60;
 /// Unknowns for each sample that a free expansion may use up.
 constexpr double kCoefficientsPerSample = 0.1;
-/// Length of the expansion: what its slowest pole has died to. Half a zero dies faster than a pole of its radius.
-constexpr double kExpansionTolerance = 0.01;
 /// Levenberg-Marquardt iterations of a reduction, which has next to no noise.
 constexpr int kReductionIterations = 40;
 
@@ -70,7 +68,7 @@ class Releaser {
  private:
   Index length(const BestLinearApproximation& bla) const {
     if (release_.coefficients > 0) return release_.coefficients;
-    const Index wanted = expansion_length(bla.poles, {}, kExpansionTolerance, kMostCoefficients);
+    const Index wanted = detail::short_expansion_length(bla.poles);
     const auto affordable = static_cast<Index>(kCoefficientsPerSample * static_cast<double>(total_samples(data_)));
     return std::max<Index>(std::min(std::max(wanted, kFewestCoefficients), affordable), 1);
   }

@@ -25,18 +25,16 @@ struct Found {
   bool searched = false;
 };
 
-bool lower_error(const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; }
-
 void keep_best(std::vector<Candidate>& candidates, int count) {
   std::stable_sort(candidates.begin(), candidates.end(), lower_error);
   if (std::ssize(candidates) > count) candidates.erase(candidates.begin() + count, candidates.end());
 }
 
 /// The search on one chain and data set.
-class Search {
+class RootSearch {
  public:
-  Search(const WienerHammersteinBuilder& builder, const DataSet& data, const InitialiserOptions& options,
-         const RootSearchOptions& settings)
+  RootSearch(const WienerHammersteinBuilder& builder, const DataSet& data, const InitialiserOptions& options,
+             const RootSearchOptions& settings)
       : builder_(builder), data_(data), options_(detail::watched(options, cancelled_)), settings_(settings) {}
 
   /// Refits the candidates and searches around the best.
@@ -121,7 +119,7 @@ std::vector<Candidate> searched(std::vector<Candidate> starts, const AnyBlock& c
   const WienerHammersteinBuilder builder(chain, "root_search", part, options.prediction);
   const bool two_filters = builder.structure().g_w() != nullptr && builder.structure().g_h() != nullptr;
   if (!two_filters || !builder.plain() || starts.empty()) return starts;
-  std::vector<Candidate> found = Search(builder, part, options, settings).run(starts);
+  std::vector<Candidate> found = RootSearch(builder, part, options, settings).run(starts);
   return found.empty() ? starts : builder.finished(std::move(found), settings.keep);
 }
 

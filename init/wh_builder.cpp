@@ -40,8 +40,6 @@ Eigen::VectorXd filtered(const Rational& filter, const Eigen::VectorXd& theta, c
   return simulate(model, u);
 }
 
-bool lower_error(const Candidate& a, const Candidate& b) { return a.rmse < b.rmse; }
-
 /// The curve (v, w) of a static block at the quantiles of v in equal steps.
 Record curve_of(const Eigen::VectorXd& v, const Eigen::VectorXd& w) {
   std::vector<Index> order(static_cast<std::size_t>(v.size()));

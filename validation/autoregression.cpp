@@ -1,6 +1,7 @@
 #include <blockid/validation/autoregression.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -8,12 +9,12 @@
 namespace blockid {
 namespace {
 
+using detail::RowMajor;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// So that all columns pass a recursion together, row by row.
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// The order of 1, a_1..a_p and its innovation variance, one step of Levinson's recursion after the other.
 class Levinson {

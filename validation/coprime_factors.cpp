@@ -3,6 +3,7 @@
 #include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/rational.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/filtered.hpp>
 #include <blockid/validation/detail/stable_radius.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -13,16 +14,9 @@
 namespace blockid {
 namespace {
 
-using detail::view;
-using Eigen::VectorXd;
-
+using detail::convolved;
 using detail::kStableRadius;
-
-VectorXd product(const VectorXd& a, const VectorXd& b) {
-  VectorXd c = VectorXd::Zero(a.size() + b.size() - 1);
-  for (Index i = 0; i < a.size(); ++i) c.segment(i, b.size()) += a[i] * b;
-  return c;
-}
+using Eigen::VectorXd;
 
 VectorXd sum(const VectorXd& a, const VectorXd& b) {
   VectorXd c = VectorXd::Zero(std::max(a.size(), b.size()));
@@ -54,7 +48,7 @@ VectorXd filter(const DiscreteTransferFunction& g, const VectorXd& u) {
   theta << g.numerator / g.denominator[0], g.denominator.tail(g.denominator.size() - 1) / g.denominator[0];
   VectorXd state = VectorXd::Zero(block.state_count());
   VectorXd y(u.size());
-  block.apply<double>(view(theta), view(state), view(u), view(y));
+  block.apply<double>(detail::view(theta), detail::view(state), detail::view(u), detail::view(y));
   return y;
 }
 
@@ -95,8 +89,8 @@ CoprimeFactors trivial_factors(const DiscreteTransferFunction& g) {
 }
 
 VectorXd characteristic_polynomial(const UncertainLoop& loop) {
-  return sum(product(loop.plant.denominator, loop.controller.denominator),
-             product(loop.plant.numerator, loop.controller.numerator));
+  return sum(convolved(loop.plant.denominator, loop.controller.denominator),
+             convolved(loop.plant.numerator, loop.controller.numerator));
 }
 
 void check(const UncertainLoop& loop) {
@@ -130,8 +124,8 @@ VectorXd uncertainty_output(const UncertainLoop& loop, const VectorXd& u, const 
   check_sizes(u.size(), y.size(), "output");
   const VectorXd chi = characteristic_polynomial(loop);
   // The stable denominator of the plant cancels.
-  return filter({product(loop.controller.stable, loop.plant.denominator), chi}, y) -
-         filter({product(loop.controller.stable, loop.plant.numerator), chi}, u);
+  return filter({convolved(loop.controller.stable, loop.plant.denominator), chi}, y) -
+         filter({convolved(loop.controller.stable, loop.plant.numerator), chi}, u);
 }
 
 UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const VectorXd& u, const VectorXd& y) {
@@ -139,8 +133,8 @@ UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const VectorXd
   signals.w = uncertainty_output(loop, u, y);
   const VectorXd chi = characteristic_polynomial(loop);
   // The stable denominator of the controller cancels.
-  const VectorXd before = filter({product(loop.plant.stable, loop.controller.denominator), chi}, u) +
-                          filter({product(loop.plant.stable, loop.controller.numerator), chi}, y);
+  const VectorXd before = filter({convolved(loop.plant.stable, loop.controller.denominator), chi}, u) +
+                          filter({convolved(loop.plant.stable, loop.controller.numerator), chi}, y);
   signals.v = filter(loop.weight, before);
   if (signals.v.size() == 0 || signals.v.isZero(0.0))
     fail("uncertainty: the signal v is zero, nothing excites the loop");
@@ -149,8 +143,9 @@ UncertaintySignals uncertainty_signals(const UncertainLoop& loop, const VectorXd
 
 VectorXd uncertainty_input(const UncertainLoop& loop, const VectorXd& r) {
   check(loop);
-  return filter(loop.weight,
-                filter({product(loop.plant.stable, loop.controller.denominator), characteristic_polynomial(loop)}, r));
+  return filter(
+      loop.weight,
+      filter({convolved(loop.plant.stable, loop.controller.denominator), characteristic_polynomial(loop)}, r));
 }
 
 double reference_error(const DiscreteTransferFunction& controller, const VectorXd& u, const VectorXd& y,
@@ -165,10 +160,10 @@ double reference_error(const DiscreteTransferFunction& controller, const VectorX
 ClosedLoopRecord simulate_closed_loop(const DiscreteTransferFunction& plant, const DiscreteTransferFunction& controller,
                                       const VectorXd& r, const VectorXd& d) {
   check_sizes(r.size(), d.size(), "disturbance");
-  const VectorXd open = product(plant.denominator, controller.denominator);
-  const VectorXd chi = sum(open, product(plant.numerator, controller.numerator));
-  return {filter({open, chi}, r) - filter({product(plant.denominator, controller.numerator), chi}, d),
-          filter({product(plant.numerator, controller.denominator), chi}, r) + filter({open, chi}, d)};
+  const VectorXd open = convolved(plant.denominator, controller.denominator);
+  const VectorXd chi = sum(open, convolved(plant.numerator, controller.numerator));
+  return {filter({open, chi}, r) - filter({convolved(plant.denominator, controller.numerator), chi}, d),
+          filter({convolved(plant.numerator, controller.denominator), chi}, r) + filter({open, chi}, d)};
 }
 
 UncertainRecord simulate_uncertain_loop(const UncertainLoop& loop, const DiscreteTransferFunction& uncertainty,
@@ -182,16 +177,16 @@ UncertainRecord simulate_uncertain_loop(const UncertainLoop& loop, const Discret
   const VectorXd chi = characteristic_polynomial(loop);
   const CoprimeFactors& p = loop.plant;
   const CoprimeFactors& c = loop.controller;
-  const VectorXd spread = filter({product(p.stable, c.stable), chi}, d);
+  const VectorXd spread = filter({convolved(p.stable, c.stable), chi}, d);
   const VectorXd returned = filter({c.numerator, c.stable}, filter(loop.weight, filter(uncertainty, spread)));
   UncertainRecord result;
-  result.delta = filter({product(p.denominator, c.stable), chi}, d) - returned;
+  result.delta = filter({convolved(p.denominator, c.stable), chi}, d) - returned;
   result.signals.v = uncertainty_input(loop, r);
   result.signals.w = filter(uncertainty, result.signals.v) + result.delta;
   result.record.y =
-      filter({product(p.numerator, c.denominator), chi}, r) + filter({c.denominator, c.stable}, result.signals.w);
+      filter({convolved(p.numerator, c.denominator), chi}, r) + filter({c.denominator, c.stable}, result.signals.w);
   result.record.u =
-      filter({product(p.denominator, c.denominator), chi}, r) - filter({c.numerator, c.stable}, result.signals.w);
+      filter({convolved(p.denominator, c.denominator), chi}, r) - filter({c.numerator, c.stable}, result.signals.w);
   return result;
 }
 

@@ -3,6 +3,7 @@
 #include <blockid/data/error.hpp>
 #include <blockid/validation/correlation.hpp>
 #include <blockid/validation/dense_product.hpp>
+#include <blockid/validation/detail/relative_tau.hpp>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -20,17 +21,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// tau / |T_v| below which the rounding of w counts.
-constexpr double kSmallestTau = 1e-10;
 /// How far above the least the first beta is.
 constexpr double kStartFactor = 2.0;
 
 void check_signals(const MatrixXd& v, const MatrixXd& w, double relative_tau) {
   if (v.size() == 0 || w.size() == 0) fail("uncertainty bound: expected samples of v and w, got none");
   if (!v.allFinite() || !w.allFinite()) fail("uncertainty bound: expected finite samples");
-  if (!(relative_tau >= kSmallestTau)) {
-    fail("uncertainty bound: expected a relative tau of at least ", kSmallestTau, ", got ", relative_tau);
-  }
+  detail::check_relative_tau(relative_tau);
 }
 
 double largest_eigenvalue(const MatrixXd& symmetric) {

@@ -10,14 +10,13 @@
 namespace blockid {
 namespace {
 
+using detail::kSmallestNoise;
 using detail::words;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/// v and w are results of filters, exact to some 1e-12 of their size.
-constexpr double kSmallestNoise = 1e-7;
 /// Rounding of T_z R^-1 with a least singular value of R of 1e-6, and of the sums that confirm a verdict.
-constexpr double kRounding = 1e-9;
+constexpr double kGainRounding = 1e-9;
 
 /// The sides of the comparison, from the output and the certificate alone.
 void confirm(const MatrixXd& v, const MatrixXd& w, double tau, const MimoVerdictOptions& options, MimoSolution solution,
@@ -28,10 +27,10 @@ void confirm(const MatrixXd& v, const MatrixXd& w, double tau, const MimoVerdict
   result.alpha_attained = mimo_noise_free_bound(v, result.output, options.relative_tau);
   result.noise_needed = (w - result.output.rightCols(w.cols())).cwiseAbs().maxCoeff() + tau * result.alpha_attained;
   result.alpha_proven = certified_mimo_alpha(v, w, result.noise_bound, result.certificate, options.relative_tau);
-  if (result.alpha_proven > 1.0 + kRounding) {
+  if (result.alpha_proven > 1.0 + kGainRounding) {
     result.verdict = Verdict::invalidated;
-  } else if (result.alpha_attained <= 1.0 + kRounding &&
-             result.noise_needed <= result.noise_bound + kRounding * w.cwiseAbs().maxCoeff()) {
+  } else if (result.alpha_attained <= 1.0 + kGainRounding &&
+             result.noise_needed <= result.noise_bound + kGainRounding * w.cwiseAbs().maxCoeff()) {
     result.verdict = Verdict::not_invalidated;
   }
 }

@@ -1,12 +1,14 @@
 #include <blockid/validation/model_residuals.hpp>
 
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 
 #include <algorithm>
 
 namespace blockid {
 namespace {
 
+using detail::RowMajor;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -34,7 +36,6 @@ std::vector<Linearised> linearised(const Model& model, const DataSet& data, cons
       begin += state.size();
     }
   }
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   VectorXd r(predictor.sample_count());
   RowMajor jacobian(predictor.sample_count(), p.size());
   if (!predictor.jacobian(p, r.data(), jacobian.data())) fail("residuals: the prediction of the model is not finite");

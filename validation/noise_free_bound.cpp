@@ -2,6 +2,7 @@
 
 #include <blockid/blocks/detail/infinity.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/validation/detail/relative_tau.hpp>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
@@ -12,13 +13,13 @@
 namespace blockid {
 namespace {
 
+using detail::check_relative_tau;
 using detail::kInfinity;
+using detail::kSmallestTau;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// tau / |T_v| below which the rounding of w counts.
-constexpr double kSmallestTau = 1e-10;
 constexpr double kNormTolerance = 1e-12;
 constexpr double kRaise = 1e-4;
 
@@ -27,12 +28,6 @@ void check_pair(const VectorXd& v, const VectorXd& w) {
     fail("uncertainty bound: expected v and w of one size, at least 1, got ", v.size(), " and ", w.size());
   }
   if (!v.allFinite() || !w.allFinite()) fail("uncertainty bound: expected finite samples");
-}
-
-void check_tau(double relative_tau) {
-  if (!(relative_tau >= kSmallestTau)) {
-    fail("uncertainty bound: expected a relative tau of at least ", kSmallestTau, ", got ", relative_tau);
-  }
 }
 
 double largest_singular_value(const MatrixXd& m) {
@@ -122,7 +117,7 @@ double toeplitz_norm(const VectorXd& v) { return v.isZero(0.0) ? 0.0 : lanczos_n
 
 double noise_free_bound(const VectorXd& v, const VectorXd& w, double relative_tau) {
   check_pair(v, w);
-  check_tau(relative_tau);
+  check_relative_tau(relative_tau);
   const double norm = toeplitz_norm(v);
   if (norm == 0.0) return bound_of_silence(w);
   return bound_at(lower_toeplitz(v), lower_toeplitz(w), relative_tau * norm);
@@ -157,7 +152,7 @@ bool schur_test(const VectorXd& v, const VectorXd& w, double alpha, double tau) 
 
 double schur_bound(const VectorXd& v, const VectorXd& w, double relative_tau) {
   check_pair(v, w);
-  check_tau(relative_tau);
+  check_relative_tau(relative_tau);
   const double norm = toeplitz_norm(v);
   if (norm == 0.0) return bound_of_silence(w);
   if (w.isZero(0.0)) return 0.0;

@@ -13,20 +13,19 @@
 namespace blockid {
 namespace {
 
+using detail::kSmallestNoise;
 using detail::words;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// v and w are results of filters, exact to some 1e-12 of their size; the programme resolves 1e-9.
-constexpr double kSmallestNoise = 1e-7;
 /// Rounding of the sums that confirm a verdict: some thousand products of relative error 1e-16, with room.
-constexpr double kRounding = 1e-11;
+constexpr double kSumRounding = 1e-11;
 /// An input below this part of its largest sample is no input.
 constexpr double kSilence = 1e-12;
 /// Negative powers of ten of the ridge, in units of the trace.
-constexpr int kFirstRidge = 3;
-constexpr int kLastRidge = 12;
+constexpr int kFirstWitnessRidge = 3;
+constexpr int kLastWitnessRidge = 12;
 
 void check_options(std::span<const UncertaintyWindow> windows, double noise_bound, const VerdictOptions& options) {
   const bool all_from_rest =
@@ -56,7 +55,7 @@ Index output_before_input(const UncertaintyProgramme& programme, double gamma) {
 /// |T_h| <= alpha up to rounding.
 bool has_gain(const VectorXd& h, double alpha) {
   const MatrixXd k = hankel(h);
-  const MatrixXd bound = alpha * (1.0 + kRounding) * MatrixXd::Identity(h.size(), h.size());
+  const MatrixXd bound = alpha * (1.0 + kSumRounding) * MatrixXd::Identity(h.size(), h.size());
   return CholeskyFactor(bound + k).positive() && CholeskyFactor(bound - k).positive();
 }
 
@@ -65,7 +64,7 @@ bool has_gain(const VectorXd& h, double alpha) {
 std::optional<VectorXd> ridge_witness(const UncertaintyProgramme& programme, double alpha, double gamma) {
   const MatrixXd turned = programme.a.transpose();
   const MatrixXd gram = weighted_gram(turned, VectorXd::Ones(turned.rows()));
-  for (int decade = kFirstRidge; decade <= kLastRidge; ++decade) {
+  for (int decade = kFirstWitnessRidge; decade <= kLastWitnessRidge; ++decade) {
     MatrixXd damped = gram;
     damped.diagonal().array() += std::pow(10.0, -decade) * gram.trace();
     const VectorXd h = turned * CholeskyFactor(std::move(damped)).solve(programme.w);
@@ -102,7 +101,7 @@ bool is_out_of_reach(const UncertaintyProgramme& programme, double alpha, double
 
 /// The sides of the comparison, from h and the certificate alone.
 void confirm(const UncertaintyProgramme& programme, const ProgrammeSolution& solution, UncertaintyVerdict& result) {
-  const double rounding = kRounding * programme.w.cwiseAbs().maxCoeff();
+  const double rounding = kSumRounding * programme.w.cwiseAbs().maxCoeff();
   result.h = solution.h;
   result.certificate = solution.certificate;
   result.iterations = solution.iterations;

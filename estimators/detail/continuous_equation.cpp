@@ -2,6 +2,7 @@
 
 #include <blockid/blocks/detail/hold.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/row_major.hpp>
 
 #include <algorithm>
 #include <utility>
@@ -11,7 +12,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr Index kTileRows = 256;
 constexpr std::size_t kMostRuns = 64;

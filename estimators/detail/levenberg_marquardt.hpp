@@ -1,24 +1,18 @@
 // Ceres's Levenberg-Marquardt over the unknowns of a residual function.
 #pragma once
 
+#include <blockid/estimators/detail/elapsed.hpp>
 #include <blockid/estimators/predictor_cost.hpp>
 #include <blockid/estimators/refit.hpp>
 #include <blockid/estimators/residual_function.hpp>
 
 #include <Eigen/Core>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
 
 namespace blockid::detail {
-
-using Clock = std::chrono::steady_clock;
-
-inline double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// sqrt(sum r^2 / counted samples).
 inline double rmse_of(double sum_of_squares, const ResidualFunction& residuals) {

@@ -11,6 +11,10 @@
 
 namespace blockid::detail {
 
+/// Of the largest sample of w: v and w are results of filters, exact to some 1e-12 of their size, and the programme
+/// resolves 1e-9.
+inline constexpr double kSmallestNoise = 1e-7;
+
 /// Numbers with four digits.
 template <class... Parts>
 std::string words(const Parts&... parts) {
