@@ -1,6 +1,8 @@
 #include <blockid/cli/bla_outcome.hpp>
 
 #include <blockid/cli/fit_outcome.hpp>
+#include <blockid/cli/json_lists.hpp>
+#include <blockid/cli/metrics_table.hpp>
 #include <blockid/cli/text_table.hpp>
 
 #include <algorithm>
@@ -11,23 +13,11 @@
 namespace blockid::cli {
 namespace {
 
-using Align = TextTable::Align;
 using Json = nlohmann::ordered_json;
 
 bool same(const BlaOrders& a, const BlaOrders& b) { return a.nb == b.nb && a.na == b.na && a.nk == b.nk; }
 
 Json orders_json(const BlaOrders& orders) { return {{"nb", orders.nb}, {"na", orders.na}, {"nk", orders.nk}}; }
-
-Json roots_json(const std::vector<std::complex<double>>& roots, double sample_time_s) {
-  Json list = Json::array();
-  for (const std::complex<double>& root : roots) {
-    list.push_back({{"real", root.real()},
-                    {"imaginary", root.imag()},
-                    {"modulus", std::abs(root)},
-                    {"natural_frequency_hz", finite_or_null(natural_frequency_hz(root, sample_time_s))}});
-  }
-  return list;
-}
 
 /// Position of the smallest number; the size of the table when there is none.
 std::size_t smallest(const std::vector<BlaScore>& table, double BlaScore::*figure) {
@@ -37,15 +27,6 @@ std::size_t smallest(const std::vector<BlaScore>& table, double BlaScore::*figur
     if (best == table.size() || table[k].*figure < table[best].*figure) best = k;
   }
   return best;
-}
-
-std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
-  return {name,
-          number(metrics.rmse),
-          number(metrics.nrmse),
-          number(metrics.fit_percent),
-          number(metrics.r2),
-          std::to_string(metrics.samples)};
 }
 
 }  // namespace
@@ -121,8 +102,8 @@ void print_bla(std::ostream& stream, const BlaOutcome& outcome) {
                      {"fit %", Align::right},
                      {"R2", Align::right},
                      {"samples", Align::right}},
-                    {metrics_row("train", outcome.train.total)}};
-  if (outcome.test) metrics.rows.push_back(metrics_row("test", outcome.test->total));
+                    {short_metrics_row("train", outcome.train.total)}};
+  if (outcome.test) metrics.rows.push_back(short_metrics_row("test", outcome.test->total));
   print(stream, metrics);
   const LeafBlock leaf = leaf_blocks(model).front();
   stream << "  DC gain " << number(dc_gain(leaf.block, leaf.parameters).value_or(std::nan(""))) << ", input mean "

@@ -11,7 +11,6 @@ namespace blockid::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Align = TextTable::Align;
 
 std::vector<WindowedVerdict> all_windows(const ClosedLoopOutcome& outcome) {
   std::vector<WindowedVerdict> all;
@@ -152,15 +151,13 @@ Json json_of(const ClosedLoopExperiment& one) {
 
 /// The values of all experiments between ", ", each once.
 template <class F>
-std::string joined(const ClosedLoopOutcome& outcome, F&& text_of) {
+std::string each_once(const ClosedLoopOutcome& outcome, F&& text_of) {
   std::vector<std::string> all;
   for (const ClosedLoopExperiment& one : outcome.experiments) {
     const std::string text = text_of(one);
     if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(text);
   }
-  std::string result;
-  for (const std::string& text : all) result += (result.empty() ? "" : ", ") + text;
-  return result;
+  return joined(all);
 }
 
 template <class F>
@@ -268,8 +265,8 @@ nlohmann::ordered_json closed_loop_json(const ClosedLoopOutcome& outcome) {
   Json result = {
       {"format", "blockid-closed-loop"},
       {"version", BLOCKID_VERSION},
-      {"data", joined(outcome, [](const ClosedLoopExperiment& one) { return one.source; })},
-      {"range", joined(outcome, [](const ClosedLoopExperiment& one) { return one.range; })},
+      {"data", each_once(outcome, [](const ClosedLoopExperiment& one) { return one.source; })},
+      {"range", each_once(outcome, [](const ClosedLoopExperiment& one) { return one.range; })},
       {"sample_time_s", outcome.sample_time_s},
       {"plant", to_text(outcome.plant)},
       {"controller", to_text(outcome.controller)},
@@ -277,7 +274,7 @@ nlohmann::ordered_json closed_loop_json(const ClosedLoopOutcome& outcome) {
       {"verdict", to_text(outcome.verdict())},
       {"evidence", evidence_text(outcome)},
       {"noise_bound", finite_or_null(outcome.noise_bound())},
-      {"noise_source", joined(outcome, [](const ClosedLoopExperiment& one) { return one.noise_source; })},
+      {"noise_source", each_once(outcome, [](const ClosedLoopExperiment& one) { return one.noise_source; })},
       {"memory", outcome.memory},
       {"largest_v", finite_or_null(largest(
                         outcome, [](const ClosedLoopExperiment& one) { return one.signals.v.cwiseAbs().maxCoeff(); }))},

@@ -13,13 +13,11 @@
 namespace blockid::cli {
 namespace {
 
-using Align = TextTable::Align;
 using Json = nlohmann::ordered_json;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 double deviation(const VectorXd& deviations, Index k) { return k < deviations.size() ? deviations[k] : kUnknown; }
 

@@ -11,10 +11,14 @@
 
 #include <complex>
 #include <iosfwd>
+#include <numbers>
 #include <string>
 #include <vector>
 
 namespace blockid::cli {
+
+/// rad/s of 1 Hz.
+inline constexpr double kTurn = 2.0 * std::numbers::pi;
 
 /// A coefficient of a power of s: "a1", "b0". The deviation is not a number when unknown.
 struct Coefficient {

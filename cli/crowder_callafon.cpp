@@ -74,7 +74,7 @@ double printed_uncertainty(const Loop& loop, double omega) {
   return std::abs((response(loop.plant, omega) - model) / (1.0 + model * response(loop.controller, omega)));
 }
 
-VectorXd frequencies() {
+VectorXd logarithmic_grid() {
   constexpr Index kPoints = 400;
   return VectorXd::LinSpaced(kPoints, std::log(1e-3), std::log(std::numbers::pi)).array().exp();
 }
@@ -131,7 +131,7 @@ void add_figure_2(Reproduction& result, const Loop& loop) {
   result.figures.push_back(statement("the true |Delta| under that V", of_true, "1.12009867 within 1e-5 %",
                                      std::abs(of_true / 1.12009867 - 1.0) <= kNorm));
 
-  const VectorXd omega = frequencies();
+  const VectorXd omega = logarithmic_grid();
   const VectorXd multiplicative = omega.unaryExpr([&](double w) {
     return std::abs((response(loop.plant, w) - response(loop.model, w)) / response(loop.model, w));
   });
@@ -260,7 +260,7 @@ void add_least_noise(Reproduction& result, const Loop& loop, std::uint64_t seed)
 
 // ---------------------------------------------------------------------------------------------------------------
 
-std::vector<std::string> notes() {
+std::vector<std::string> crowder_callafon_notes() {
   return {
       "The paper gives neither eps, gains, sample time, weight nor reference: eps = 0.5, Kp = Ki = 1, Ts = 0.1 s and V "
       "are ours; the printed figures are pictures without numbers, so statements are compared, and values with an "
@@ -298,7 +298,7 @@ Reproduction crowder_callafon(std::uint64_t seed) {
   add_bounds_from_rest(result, loop, seed);
   add_figure_3(result, loop, seed);
   add_least_noise(result, loop, seed);
-  result.notes = notes();
+  result.notes = crowder_callafon_notes();
   return result;
 }
 

@@ -46,7 +46,7 @@ ScoringOptions scoring_of(const CtCommand& command) {
   return scoring;
 }
 
-TrendStructure structure_of(const CtCommand& command) {
+TrendStructure trend_structure_of(const CtCommand& command) {
   if (command.orders.size() != 2 || command.orders[0] < 0 || command.orders[1] <= command.orders[0]) {
     fail("--orders: expected NB,NA with 0 <= NB < NA");
   }
@@ -59,7 +59,7 @@ TrendStructure structure_of(const CtCommand& command) {
 }
 
 CtEstimate trends(const CtCommand& command, const DataSet& data, const PredictionOptions& prediction) {
-  const TrendStructure structure = structure_of(command);
+  const TrendStructure structure = trend_structure_of(command);
   CtEstimate estimate = estimate_of(command.max_delay > 0 ? fit_trends_with_delay(data, structure, command.max_delay)
                                                           : fit_trends(data, structure));
   if (command.refit) refit_estimate(estimate, with_late_input(data, estimate.delay, estimate.delay), prediction);

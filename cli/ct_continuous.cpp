@@ -60,7 +60,7 @@ Record with_late_input(const Record& record, Index delay, InitialState state) {
   return late;
 }
 
-std::string basis_text(const RationalBasis& basis) {
+std::string prefilter_text(const RationalBasis& basis) {
   if (basis.kind != BasisKind::localising) return "state-variable filter, pole " + number(basis.points[0]) + " rad/s";
   return std::to_string(basis.order) + " break points from " + number(basis.points[0]) + " to " +
          number(basis.points[basis.order - 1]) + " rad/s";
@@ -68,7 +68,7 @@ std::string basis_text(const RationalBasis& basis) {
 
 std::vector<std::string> facts_of(const ContinuousFit& fit, const ContinuousFitOptions& options,
                                   const RationalBasis& basis, Index delay) {
-  return {basis_text(basis) + ", " + blockid::to_text(options.method) + ", delay " + std::to_string(delay) +
+  return {prefilter_text(basis) + ", " + blockid::to_text(options.method) + ", delay " + std::to_string(delay) +
               " samples, " + std::to_string(fit.iterations) + (fit.iterations == 1 ? " iteration" : " iterations"),
           std::to_string(fit.rows) + " rows, rank " + std::to_string(fit.rank) + " of " + std::to_string(fit.unknowns) +
               " (initial states included), condition " + number(fit.condition, 4) + ", with columns of unit norm " +
@@ -133,13 +133,13 @@ FoundDelay delay_of(const CtCommand& command, const DataSet& data, const Degrees
 }
 
 /// What is left of the highest coefficients of B decides on its degree.
-struct Structure {
+struct ContinuousStructure {
   Degrees degrees;
   MissingCoefficients missing;
 };
 
-Structure structure_of(const CtCommand& command) {
-  Structure result;
+ContinuousStructure continuous_structure_of(const CtCommand& command) {
+  ContinuousStructure result;
   result.degrees = parse_degrees(command.orders);
   result.missing = parse_without(command.without, result.degrees);
   while (std::erase(result.missing.numerator, result.degrees.numerator) > 0) --result.degrees.numerator;
@@ -202,7 +202,7 @@ void refit_estimate(CtEstimate& estimate, const DataSet& late, const PredictionO
 }
 
 CtEstimate continuous_estimate(const CtCommand& command, const DataSet& data, const PredictionOptions& prediction) {
-  const auto [degrees, missing] = structure_of(command);
+  const auto [degrees, missing] = continuous_structure_of(command);
   const ContinuousFitOptions options = options_of(command, prediction, missing);
   check_delay(command, data);
   const FoundDelay found = delay_of(command, data, degrees, options);

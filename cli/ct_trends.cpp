@@ -42,7 +42,7 @@ ContinuousTransferFunction transfer_function_of(const TrendFit& fit, Index numer
           scaled(fit.b, numerator_count, n, scale)};
 }
 
-std::vector<std::string> warnings_of(const TrendFit& fit) {
+std::vector<std::string> trend_warnings(const TrendFit& fit) {
   std::vector<std::string> warnings;
   const Index columns = fit.covariance.rows();
   if (fit.rank < columns) {
@@ -74,7 +74,7 @@ CtEstimate estimate_of(const TrendFit& fit) {
                       {"rows", fit.rows},
                       {"squared_error", fit.squared_error},
                       {"absolute_error", fit.absolute_error}};
-  estimate.warnings = warnings_of(fit);
+  estimate.warnings = trend_warnings(fit);
   return estimate;
 }
 

@@ -51,7 +51,6 @@ void print_parameters(const FitOutcome& outcome, const Eigen::VectorXd& truth) {
   const Model& model = outcome.model();
   std::cout << "\nparameters  " << free_count(outcome) << " free of " << model.parameters.size()
             << ", beside the truth in the same coordinates\n";
-  using Align = TextTable::Align;
   TextTable table{{{"name", Align::left},
                    {"value", Align::right},
                    {"standard deviation", Align::right},

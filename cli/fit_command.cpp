@@ -83,9 +83,8 @@ void warn_of_status(const RefitReport& report, std::vector<std::string>& warning
   if (report.status == FitStatus::diverged) warnings.push_back("the fit diverged: " + report.message);
   if (report.status == FitStatus::cancelled) warnings.emplace_back("interrupted: this is the best model so far");
   if (!report.covariance || report.covariance->undetermined.empty()) return;
-  std::string names;
-  for (const std::string& name : report.covariance->undetermined) names += (names.empty() ? "" : ", ") + name;
-  warnings.push_back("the data do not determine all parameters; in doubt are " + names);
+  warnings.push_back("the data do not determine all parameters; in doubt are " +
+                     joined(report.covariance->undetermined));
 }
 
 void warn_of_unstable_poles(const Model& model, std::vector<std::string>& warnings) {

@@ -11,7 +11,6 @@
 namespace blockid::cli {
 namespace {
 
-using Align = TextTable::Align;
 
 }  // namespace
 

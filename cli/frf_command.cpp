@@ -83,13 +83,12 @@ FrequencyFitOptions options_of(const FrfCommand& command, const FrfData& data) {
 
 void find_largest_differences(FrfOutcome& outcome) {
   constexpr double kDegrees = 180.0 / std::numbers::pi;
-  constexpr double kDecibels = 20.0;
   const FrequencyResponse& g = outcome.data.response;
   const Eigen::VectorXcd model = response_at(outcome.fit.model, g.omega_rad_s);
   for (Index k = 0; k < model.size(); ++k) {
     if (g.response[k] == 0.0) continue;
     const std::complex<double> ratio = model[k] / g.response[k];
-    outcome.largest_db = std::max(outcome.largest_db, std::abs(kDecibels * std::log10(std::abs(ratio))));
+    outcome.largest_db = std::max(outcome.largest_db, std::abs(20.0 * std::log10(std::abs(ratio))));
     outcome.largest_deg = std::max(outcome.largest_deg, kDegrees * std::abs(std::arg(ratio)));
   }
 }

@@ -2,6 +2,7 @@
 
 #include <blockid/blocks/text.hpp>
 #include <blockid/cli/fit_outcome.hpp>
+#include <blockid/cli/json_lists.hpp>
 #include <blockid/cli/text_table.hpp>
 
 #include <cmath>
@@ -11,12 +12,6 @@ namespace blockid::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json numbers_json(const Eigen::VectorXd& values) {
-  Json list = Json::array();
-  for (const double value : values) list.push_back(finite_or_null(value));
-  return list;
-}
 
 std::string basis_text(const RationalBasis& basis) {
   const Eigen::VectorXd& points = basis.points;

@@ -1,7 +1,9 @@
 #include <blockid/cli/garnier2004.hpp>
 
+#include <blockid/cli/report/decibels.hpp>
 #include <blockid/cli/report/script.hpp>
 #include <blockid/cli/text_table.hpp>
+#include <blockid/cli/unstable_poles.hpp>
 #include <blockid/estimators/continuous_fit.hpp>
 #include <blockid/problems/garnier2004.hpp>
 
@@ -40,26 +42,20 @@ ContinuousFitOptions least_squares(Hold hold, bool smoothed = false) {
 }
 
 /// 500 frequencies from 2 to 6000 rad/s and the four resonances, ascending.
-VectorXd frequencies() {
+VectorXd grid_with_resonances() {
   VectorXd omega(504);
   omega << break_points(2.0, 6000.0, 500), problems::Garnier2004::omega_rad_s();
   std::sort(omega.begin(), omega.end());
   return omega;
 }
 
-VectorXd decibel(const VectorXcd& g) { return 20.0 * g.array().abs().log10(); }
-
 /// |G| of the model over |G| of the system, in dB.
 VectorXd error_db(const ContinuousFit& fit) {
-  const VectorXd omega = frequencies();
-  return decibel(response_at(fit.model, omega)) - decibel(problems::garnier2004_response(omega));
+  const VectorXd omega = grid_with_resonances();
+  return decibels(response_at(fit.model, omega)) - decibels(problems::garnier2004_response(omega));
 }
 
 double largest_error_db(const ContinuousFit& fit) { return error_db(fit).cwiseAbs().maxCoeff(); }
-
-double unstable_poles(const ContinuousFit& fit) {
-  return static_cast<double>((poles(fit.model).real().array() >= 0.0).count());
-}
 
 ReproducedFigure at_most(const std::string& quantity, double reproduced, double limit) {
   return {quantity, std::nullopt, reproduced, "at most " + number(limit), reproduced <= limit};
@@ -73,12 +69,12 @@ ReproducedFigure relative(const std::string& quantity, double published, double 
 }
 
 Picture figure_1(const ContinuousFit& svf, const ContinuousFit& flbf) {
-  const VectorXd omega = frequencies();
+  const VectorXd omega = grid_with_resonances();
   return {
       "figure_1",
       "Magnitude of the eighth-order system and of its models by the state-variable filter and by localising functions",
-      data_block("g", {omega, decibel(problems::garnier2004_response(omega)), decibel(response_at(svf.model, omega)),
-                       decibel(response_at(flbf.model, omega))}) +
+      data_block("g", {omega, decibels(problems::garnier2004_response(omega)), decibels(response_at(svf.model, omega)),
+                       decibels(response_at(flbf.model, omega))}) +
           "set logscale x\nset xrange [2:6000]\nset xlabel 'frequency [rad/s]'\nset ylabel 'magnitude [dB]'\n"
           "plot $g using 1:3 with lines ls 3 title 'LS-SVF, first-order hold', $g using 1:2 with lines ls 1 title "
           "'system', $g using 1:4 with lines lc rgb '#2563eb' lw 1.6 dt 2 title 'LS-FLBF, cubic spline'\n",
@@ -92,7 +88,7 @@ struct Held {
 };
 
 Picture errors_picture(const std::vector<Held>& holds) {
-  std::vector<VectorXd> columns = {frequencies()};
+  std::vector<VectorXd> columns = {grid_with_resonances()};
   std::string plots;
   const std::vector<std::string> colours = {"#dc2626", "#b45309", "#2563eb", "#047857"};
   for (std::size_t k = 0; k < holds.size(); ++k) {
@@ -134,7 +130,7 @@ FastMode fast_mode(std::uint64_t seed) {
   return {distance(biased), distance(refined)};
 }
 
-std::vector<std::string> notes() {
+std::vector<std::string> garnier2004_notes() {
   return {
       "(15) prints the numerator s^(k-1) p_k inside the product; it belongs in front of it.",
       "(22) and (24) let the terms of the input begin at F_(n-1); theta has n of them, F_n to F_1. With n - 1 the "
@@ -192,7 +188,7 @@ Reproduction garnier2004(std::uint64_t seed) {
   result.figures.push_back(at_most("the same, SRIVC [deviations]", noisy.refined, 4.0));
   result.pictures = {figure_1(svf, cubic), errors_picture(holds)};
   for (Picture& picture : result.pictures) picture.script = kFigureStyles + picture.script;
-  result.notes = notes();
+  result.notes = garnier2004_notes();
   return result;
 }
 

@@ -1,7 +1,9 @@
 #include <blockid/cli/garnier2004.hpp>
 
+#include <blockid/cli/report/decibels.hpp>
 #include <blockid/cli/report/script.hpp>
 #include <blockid/cli/text_table.hpp>
+#include <blockid/cli/unstable_poles.hpp>
 #include <blockid/data/metrics.hpp>
 #include <blockid/estimators/continuous_fit.hpp>
 #include <blockid/problems/measured.hpp>
@@ -24,7 +26,7 @@ using Eigen::VectorXd;
 /// Lines 1, 3, .. 199 of the period are excited.
 constexpr Index kLastLine = 199;
 /// 0.6 s, as in figure 3.
-constexpr Index kShown = 300;
+constexpr Index kSamplesOfFigure3 = 300;
 constexpr double kPublished = 0.95;
 /// Of a coefficient of determination over another interval than the printed one.
 constexpr double kNear = 0.02;
@@ -43,10 +45,6 @@ ContinuousFitOptions with(ContinuousMethod method, InitialState initial_state) {
   options.method = method;
   options.initial_state = initial_state;
   return options;
-}
-
-double unstable_poles(const ContinuousFit& fit) {
-  return static_cast<double>((poles(fit.model).real().array() >= 0.0).count());
 }
 
 /// Of the whole record, simulated with the initial state that fits it best.
@@ -72,12 +70,12 @@ std::optional<ContinuousFit> best_of_ours(const Record& record) {
 }
 
 /// Y / U at the excited lines.
-struct Measured {
+struct MeasuredLines {
   VectorXd omega;
   VectorXcd response;
 };
-Measured measured_response(const Record& record) {
-  Measured result{VectorXd((kLastLine + 1) / 2), VectorXcd((kLastLine + 1) / 2)};
+MeasuredLines measured_lines(const Record& record) {
+  MeasuredLines result{VectorXd((kLastLine + 1) / 2), VectorXcd((kLastLine + 1) / 2)};
   for (Index i = 0; i < result.omega.size(); ++i) {
     const Index k = 2 * i + 1;
     std::complex<double> u = 0.0;
@@ -94,11 +92,10 @@ Measured measured_response(const Record& record) {
   return result;
 }
 
-VectorXd decibel(const VectorXcd& g) { return 20.0 * g.array().abs().log10(); }
 VectorXd degrees(const VectorXcd& g) { return 180.0 / std::numbers::pi * g.array().arg(); }
 
 Picture figure_2(const Record& record, const ContinuousFit& published, const ContinuousFit& ours) {
-  const Measured dots = measured_response(record);
+  const MeasuredLines dots = measured_lines(record);
   const VectorXd omega = break_points(line(record, 1), line(record, kLastLine), 600);
   const VectorXcd iv = response_at(published.model, omega);
   const VectorXcd refined = response_at(ours.model, omega);
@@ -110,18 +107,18 @@ Picture figure_2(const Record& record, const ContinuousFit& published, const Con
            " with lines ls 2 title 'SRIVC-FLBF'\n";
   };
   return {"figure_2", "Bode plot of the models of the robot arm",
-          data_block("dots", {dots.omega, decibel(dots.response), degrees(dots.response)}) +
-              data_block("model", {omega, decibel(iv), degrees(iv), decibel(refined), degrees(refined)}) +
+          data_block("dots", {dots.omega, decibels(dots.response), degrees(dots.response)}) +
+              data_block("model", {omega, decibels(iv), degrees(iv), decibels(refined), degrees(refined)}) +
               "set logscale x\nset multiplot layout 2,1\nset xlabel ''\n" + panel("magnitude [dB]", 2) +
               "set xlabel 'frequency [rad/s]'\n" + panel("phase [deg]", 3) + "unset multiplot\n",
           900, 560};
 }
 
 Picture figure_3(const Record& record, const VectorXd& published, const VectorXd& ours) {
-  const VectorXd t = VectorXd::LinSpaced(kShown, 0.0, static_cast<double>(kShown - 1) * record.sample_time_s);
+  const VectorXd t = VectorXd::LinSpaced(kSamplesOfFigure3, 0.0, static_cast<double>(kSamplesOfFigure3 - 1) * record.sample_time_s);
   return {
       "figure_3", "Seventh period: measured and simulated",
-      data_block("y", {t, record.y.head(kShown), published.head(kShown), ours.head(kShown)}) +
+      data_block("y", {t, record.y.head(kSamplesOfFigure3), published.head(kSamplesOfFigure3), ours.head(kSamplesOfFigure3)}) +
           "set xlabel 'time [s]'\nset ylabel 'acceleration'\n"
           "plot $y using 1:2 with lines ls 1 title 'measured', $y using 1:3 with lines ls 3 title 'IV-FLBF', $y using "
           "1:4 with lines ls 2 title 'SRIVC-FLBF'\n",

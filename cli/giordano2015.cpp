@@ -19,8 +19,6 @@
 namespace blockid::cli {
 namespace {
 
-using Kind = RootGroup::Kind;
-
 constexpr Index kN = 14;
 /// Allowed distance of a refit's RMSE from the noise: that of 3000 samples scatters by 1.3 %.
 constexpr double kNoiseTolerance = 0.05;
@@ -32,9 +30,9 @@ constexpr unsigned kPlacements = 8;
 
 /// Pair and zero of G1, pair of G2.
 const problems::GiordanoSjobergRoots kRoots;
-const RootGroup kFirstPair{Kind::pair, kRoots.first_pole};
-const RootGroup kSecondPair{Kind::pair, kRoots.second_pole};
-const RootGroup kZero{Kind::real, kRoots.first_zero};
+const RootGroup kFirstPair{RootGroup::Kind::pair, kRoots.first_pole};
+const RootGroup kSecondPair{RootGroup::Kind::pair, kRoots.second_pole};
+const RootGroup kZero{RootGroup::Kind::real, kRoots.first_zero};
 
 /// How the exponents are fitted.
 struct ExponentFit {

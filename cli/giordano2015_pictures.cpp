@@ -17,9 +17,9 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr Index kCurvePoints = 200;
-constexpr Index kBodePoints = 200;
-constexpr double kBodeDecades = 2.0;
+constexpr Index kNonlinearityPoints = 200;
+constexpr Index kFilterPoints = 200;
+constexpr double kFilterDecades = 2.0;
 /// Samples of the error signals that are shown.
 constexpr Index kShownSamples = 200;
 
@@ -80,7 +80,7 @@ VectorXd curve_of(const Model& model, const VectorXd& v) {
 
 VectorXd inputs_of_f(const GiordanoPictures& shown) {
   const VectorXd v = leaf_inputs(shown.truth, shown.u)[1];
-  return VectorXd::LinSpaced(kCurvePoints, v.minCoeff(), v.maxCoeff());
+  return VectorXd::LinSpaced(kNonlinearityPoints, v.minCoeff(), v.maxCoeff());
 }
 
 /// Labels "alpha = 1.06" beside the upper root of each group.
@@ -137,7 +137,7 @@ Picture figure_5(const GiordanoPictures& shown) {
 /// Responses of the best linear approximation and of the true product, which have the same shape: Bussgang's theorem
 /// leaves one gain between them.
 Picture bla_picture(const GiordanoPictures& shown) {
-  const VectorXd frequency = logarithmic_frequencies(1.0, kBodeDecades, kBodePoints);
+  const VectorXd frequency = logarithmic_frequencies(1.0, kFilterDecades, kFilterPoints);
   const auto response = [&](const LeafBlock& filter) {
     return bode_band(filter.block, filter.parameters, {}, frequency, 1.0);
   };

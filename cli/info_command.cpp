@@ -7,6 +7,7 @@
 
 #include <blockid/blocks/model_json.hpp>
 #include <blockid/blocks/text.hpp>
+#include <blockid/cli/json_lists.hpp>
 #include <blockid/data/atomic_file.hpp>
 #include <blockid/data/load.hpp>
 
@@ -16,7 +17,6 @@
 namespace blockid::cli {
 namespace {
 
-using Align = TextTable::Align;
 using Json = nlohmann::ordered_json;
 
 /// Model files are JSON objects; no data file begins with a brace.
@@ -65,17 +65,6 @@ void print_data(const FileInfo& info) {
                           std::to_string(column.non_finite)});
   }
   print(std::cout, table);
-}
-
-Json roots_json(const std::vector<std::complex<double>>& roots, double sample_time_s) {
-  Json list = Json::array();
-  for (const std::complex<double>& root : roots) {
-    list.push_back({{"real", root.real()},
-                    {"imaginary", root.imag()},
-                    {"modulus", std::abs(root)},
-                    {"natural_frequency_hz", finite_or_null(natural_frequency_hz(root, sample_time_s))}});
-  }
-  return list;
 }
 
 Json json_of(const Model& model) {

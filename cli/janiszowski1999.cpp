@@ -20,7 +20,7 @@ using problems::ServoPlant;
 
 constexpr int kRecords = 9;
 /// What a reconstructed experiment can be held to: the size of an error, not its digits.
-constexpr double kFactor = 3.0;
+constexpr double kAllowedFactor = 3.0;
 /// At other sample times the unknown reconstruction of the velocity matters more.
 constexpr double kSampleTimeFactor = 5.0;
 /// Errors below this, in percent, count as small in both.
@@ -32,7 +32,7 @@ constexpr double kOvermodelled = 0.1;
 // Table 1
 
 /// One line of table 1: errors in percent, convergence times 1000, settling time in ms.
-struct Line {
+struct ServoLine {
   double xi = 0.0;
   double w0 = 0.0;
   double gain = 0.0;
@@ -43,9 +43,9 @@ struct Line {
 struct Row {
   const char* name;
   ServoConditions conditions;
-  Line goodwin;
-  Line tustin;
-  double factor = kFactor;
+  ServoLine goodwin;
+  ServoLine tustin;
+  double factor = kAllowedFactor;
 };
 
 /// As printed, with the error columns renamed (see the notes).
@@ -92,11 +92,11 @@ TrendStructure three_coefficients(TrendScheme scheme) { return {scheme, 2, {1, 0
 
 double percent_off(double value, double truth) { return 100.0 * std::abs(value / truth - 1.0); }
 
-Line line_of(const Record& record, TrendScheme scheme) {
+ServoLine line_of(const Record& record, TrendScheme scheme) {
   const TrendFit fit = fit_trends(record, three_coefficients(scheme));
   // Noise can turn the sign of a0, which leaves no natural frequency: its magnitude then stands for it.
   const double w0 = std::sqrt(std::abs(fit.a[0]));
-  Line line;
+  ServoLine line;
   line.xi = percent_off(fit.a[1] / (2.0 * w0), 0.5);
   line.w0 = percent_off(w0, std::sqrt(ServoPlant::kA0));
   line.gain = percent_off(fit.b[0] / fit.a[0], ServoPlant::kB0 / ServoPlant::kA0);
@@ -118,16 +118,16 @@ double median(std::vector<double> values) {
 }
 
 /// Medians over the records, quantity by quantity.
-Line median_line(ServoConditions conditions, TrendScheme scheme, std::uint64_t seed) {
-  std::vector<Line> lines;
+ServoLine median_line(ServoConditions conditions, TrendScheme scheme, std::uint64_t seed) {
+  std::vector<ServoLine> lines;
   for (int k = 0; k < kRecords; ++k) {
     conditions.seed = seed + static_cast<std::uint64_t>(k);
     lines.push_back(line_of(servo_record(conditions), scheme));
   }
-  Line result;
-  for (double Line::*quantity : {&Line::xi, &Line::w0, &Line::gain, &Line::convergence, &Line::settling_ms}) {
+  ServoLine result;
+  for (double ServoLine::*quantity : {&ServoLine::xi, &ServoLine::w0, &ServoLine::gain, &ServoLine::convergence, &ServoLine::settling_ms}) {
     std::vector<double> values;
-    for (const Line& line : lines) values.push_back(line.*quantity);
+    for (const ServoLine& line : lines) values.push_back(line.*quantity);
     result.*quantity = median(values);
   }
   return result;
@@ -153,7 +153,7 @@ ReproducedFigure between(const std::string& quantity, std::optional<double> publ
           reproduced >= lower && reproduced <= upper};
 }
 
-void add_lines(const Row& row, const Line& goodwin, const Line& tustin, std::vector<ReproducedFigure>& figures) {
+void add_lines(const Row& row, const ServoLine& goodwin, const ServoLine& tustin, std::vector<ReproducedFigure>& figures) {
   const std::string name = row.name;
   figures.push_back(within_factor(name + ": xi, Goodwin [%]", row.goodwin.xi, goodwin.xi, row.factor, kSmall));
   figures.push_back(within_factor(name + ": xi, Tustin [%]", row.tustin.xi, tustin.xi, row.factor, kSmall));
@@ -161,7 +161,7 @@ void add_lines(const Row& row, const Line& goodwin, const Line& tustin, std::vec
                      "Tustin is better", goodwin.xi > tustin.xi});
 }
 
-void add_convergence(const Row& row, const Line& goodwin, const Line& tustin, std::vector<ReproducedFigure>& figures) {
+void add_convergence(const Row& row, const ServoLine& goodwin, const ServoLine& tustin, std::vector<ReproducedFigure>& figures) {
   const std::string name = row.name;
   figures.push_back(within_factor(name + ": CONV, Goodwin", row.goodwin.convergence, goodwin.convergence, 2.0, 0.0));
   figures.push_back(within_factor(name + ": CONV, Tustin", row.tustin.convergence, tustin.convergence, 2.0, 0.0));
@@ -227,8 +227,8 @@ Fits fits_of(const Record& record, Index order, const std::vector<Index>& a, con
 double in_table(double b) { return b / ServoPlant::kB0; }
 
 void add_first_order(const Fits& fits, std::vector<ReproducedFigure>& figures) {
-  figures.push_back(within_factor("m = 1, Goodwin: a0", -3.888, fits.goodwin.a[0], kFactor, -1e300));
-  figures.push_back(within_factor("m = 1, Tustin: a0", -4.011, fits.tustin.a[0], kFactor, -1e300));
+  figures.push_back(within_factor("m = 1, Goodwin: a0", -3.888, fits.goodwin.a[0], kAllowedFactor, -1e300));
+  figures.push_back(within_factor("m = 1, Tustin: a0", -4.011, fits.tustin.a[0], kAllowedFactor, -1e300));
   const auto b0 = [&](const std::string& name, double published, double reproduced) {
     figures.push_back({name, published, reproduced, "a tenth of the print, within 12 %",
                        std::abs(10.0 * reproduced / published - 1.0) <= 0.12});
@@ -248,10 +248,10 @@ void add_three(const std::string& name, const TrendFit& fit, const Eigen::Vector
 void add_overmodelled(const std::string& name, const TrendFit& fit, const std::vector<double>& published,
                       std::vector<ReproducedFigure>& figures) {
   const double a2 = fit.a[2];
-  figures.push_back(within_factor(name + ": a3", published[0], 1.0 / a2, kFactor, 0.0));
+  figures.push_back(within_factor(name + ": a3", published[0], 1.0 / a2, kAllowedFactor, 0.0));
   figures.push_back(relative(name + ": a1", published[1], fit.a[1] / a2, kOvermodelled));
   figures.push_back(relative(name + ": a0", published[2], fit.a[0] / a2, kOvermodelled));
-  figures.push_back(within_factor(name + ": b1", published[3], in_table(fit.b[1] / a2), kFactor, 0.0));
+  figures.push_back(within_factor(name + ": b1", published[3], in_table(fit.b[1] / a2), kAllowedFactor, 0.0));
   figures.push_back(relative(name + ": b0", published[4], in_table(fit.b[0] / a2), kOvermodelled));
 }
 
@@ -261,8 +261,8 @@ Reproduction janiszowski1999_table1(std::uint64_t seed) {
   Reproduction result;
   std::vector<std::pair<double, double>> over_sample_time;
   for (const Row& row : table_1()) {
-    const Line goodwin = median_line(row.conditions, TrendScheme::goodwin, seed);
-    const Line tustin = median_line(row.conditions, TrendScheme::tustin, seed);
+    const ServoLine goodwin = median_line(row.conditions, TrendScheme::goodwin, seed);
+    const ServoLine tustin = median_line(row.conditions, TrendScheme::tustin, seed);
     add_lines(row, goodwin, tustin, result.figures);
     if (shows_convergence(row)) add_convergence(row, goodwin, tustin, result.figures);
     const bool standard = row.conditions.noise_um == 10.0 && row.conditions.resolution_um == 10.0;

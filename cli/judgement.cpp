@@ -156,12 +156,12 @@ void warn_of_distance(Judgement& judgement) {
 
 std::string degrees_text(Index degrees) { return std::to_string(degrees); }
 
-std::string p_text(double p) { return p < 1e-4 ? "< 1e-4" : number(p, 3); }
+std::string p_value_cell(double p) { return p < 1e-4 ? "< 1e-4" : number(p, 3); }
 
 std::vector<std::vector<std::string>> test_rows(const Judgement& judgement) {
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](const std::string& name, double statistic, const std::string& degrees, double p, bool passed) {
-    rows.push_back({name, number(statistic, 5), degrees, p_text(p), passed ? "passed" : "FAILED"});
+    rows.push_back({name, number(statistic, 5), degrees, p_value_cell(p), passed ? "passed" : "FAILED"});
   };
   for (const ResidualTest& test : judgement.tests.tests) {
     add(to_text(test.kind), test.statistic, degrees_text(test.degrees_of_freedom), test.p_value, test.passed);
@@ -333,7 +333,6 @@ FitJudgement judge_simulations(const Evaluation& train, const std::optional<Eval
 }
 
 void print_judgement(std::ostream& stream, const Judgement& judgement) {
-  using Align = TextTable::Align;
   stream << "verdict  " << verdict_text(judgement) << '\n'
          << "data     " << judgement.set << "; " << noise_text(judgement) << '\n'
          << "parameters  " << judgement.parameters << '\n';

@@ -26,7 +26,6 @@ namespace blockid::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Align = TextTable::Align;
 
 using Score = LinearScore;
 
@@ -44,12 +43,6 @@ Index& order_of(PolynomialOrders& orders, const std::string& key) {
   if (key == "nc") return orders.nc;
   if (key == "nd") return orders.nd;
   return key == "nf" ? orders.nf : orders.nk;
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
 }
 
 PolynomialOrders orders_of(const LinearCommand& command) {

@@ -12,12 +12,6 @@
 namespace blockid::cli {
 namespace {
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 struct Modulus {
   double value = 0.0;
   double deviation = 0.0;

@@ -1,7 +1,9 @@
 #include <blockid/cli/measured_bla.hpp>
 
 #include <blockid/cli/fit_outcome.hpp>
+#include <blockid/cli/json_lists.hpp>
 #include <blockid/cli/report/bode_band.hpp>
+#include <blockid/cli/report/decibels.hpp>
 #include <blockid/cli/report/script.hpp>
 #include <blockid/cli/text_table.hpp>
 #include <blockid/data/error.hpp>
@@ -23,7 +25,7 @@ std::string beside(double decibels) {
 
 std::string percent(double share) { return number(100.0 * share, 3) + " %"; }
 
-std::string p_text(double p_value) {
+std::string p_value_statement(double p_value) {
   constexpr double kLeast = 1e-6;
   return p_value < kLeast ? "p < 1e-6" : "p = " + number(p_value, 2);
 }
@@ -54,7 +56,7 @@ std::string distortion_text(const MeasuredBla& measured) {
   const BlaPowers& power = verdict.powers;
   if (!(power.linear > 0.0)) return "No linear output to compare noise and nonlinear distortion with.";
   if (verdict.kind == Nonlinearity::none) {
-    return "No nonlinear distortion above the noise (" + p_text(verdict.p_value) + "); the noise lies " +
+    return "No nonlinear distortion above the noise (" + p_value_statement(verdict.p_value) + "); the noise lies " +
            against_linear(verdict.noise_db, power.noise, power.linear) + ".";
   }
   if (verdict.kind != Nonlinearity::unknown) {
@@ -72,7 +74,7 @@ std::string distortion_text(const MeasuredBla& measured) {
 }
 
 std::string vanishing_text(const VanishingBla& test) {
-  const std::string numbers = "(" + p_text(test.p_value) + ", significance " + percent(test.significance) + ")";
+  const std::string numbers = "(" + p_value_statement(test.p_value) + ", significance " + percent(test.significance) + ")";
   if (!test.vanishes) {
     return "The linear output is significant " + numbers + " and explains " + percent(test.explained) +
            " of the output's power.";
@@ -81,18 +83,7 @@ std::string vanishing_text(const VanishingBla& test) {
          numbers + ". The nonlinearity may be even, and a start from the linear model will not do.";
 }
 
-Json numbers_json(const VectorXd& values) {
-  Json list = Json::array();
-  for (const double value : values) list.push_back(finite_or_null(value));
-  return list;
-}
-
 VectorXd hertz(const FrequencyResponse& response) { return response.omega_rad_s / (2.0 * std::numbers::pi); }
-
-/// 10 log10 of the variance; not a number where it is not positive.
-VectorXd variance_db(const VectorXd& variance) {
-  return variance.unaryExpr([](double v) { return v > 0.0 ? 10.0 * std::log10(v) : std::nan(""); });
-}
 
 }  // namespace
 
@@ -186,7 +177,7 @@ Figure lines_figure(const MeasuredBla& measured, const LeafBlock& model) {
       "title 'model'";
   const auto add = [&](const VectorXd& variance, const char* colour, const char* title) {
     if (variance.size() == 0) return;
-    columns.push_back(variance_db(variance));
+    columns.push_back(power_decibels(variance));
     plot += ", $d using 1:" + std::to_string(columns.size()) + " with points pt 7 ps 0.25 lc rgb '" + colour +
             "' title '" + title + "'";
   };

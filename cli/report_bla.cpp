@@ -1,5 +1,7 @@
 #include <blockid/cli/bla_outcome.hpp>
 #include <blockid/cli/fit_outcome.hpp>
+#include <blockid/cli/metrics_table.hpp>
+#include <blockid/cli/report/bode_band.hpp>
 #include <blockid/cli/report/figures.hpp>
 #include <blockid/cli/report/gnuplot.hpp>
 #include <blockid/cli/report/html.hpp>
@@ -9,19 +11,6 @@
 
 namespace blockid::cli {
 namespace {
-
-constexpr double kBodeDecades = 3.0;
-constexpr Index kBodePoints = 240;
-
-std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
-  return {name,
-          number(metrics.rmse),
-          number(metrics.nrmse),
-          number(metrics.fit_percent),
-          number(metrics.r2),
-          std::to_string(metrics.samples),
-          std::to_string(metrics.warmup)};
-}
 
 void add_orders(HtmlPage& page, const BlaOutcome& outcome) {
   if (outcome.table.empty()) return;
@@ -76,8 +65,8 @@ std::string bla_report(const BlaOutcome& outcome) {
 
   page.heading("How good it is");
   const std::string unit = outcome.output_unit.empty() ? "" : " [" + outcome.output_unit + "]";
-  std::vector<std::vector<std::string>> rows = {metrics_row("train", outcome.train.total)};
-  if (outcome.test) rows.push_back(metrics_row("test", outcome.test->total));
+  std::vector<std::vector<std::string>> rows = {with_warmup(short_metrics_row("train", outcome.train.total), outcome.train.total)};
+  if (outcome.test) rows.push_back(with_warmup(short_metrics_row("test", outcome.test->total), outcome.test->total));
   page.table({"data", "RMSE" + unit, "NRMSE", "fit %", "R²", "samples", "warm-up"}, rows);
   page.paragraph("What is left is noise and whatever of the system is not linear.");
 

@@ -1,5 +1,6 @@
 #include <blockid/cli/report_continuous.hpp>
 
+#include <blockid/cli/continuous_summary.hpp>
 #include <blockid/cli/report/bode_band.hpp>
 #include <blockid/data/error.hpp>
 
@@ -12,8 +13,7 @@
 namespace blockid::cli {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr Index kCurvePoints = 400;
+constexpr Index kResponsePoints = 400;
 
 LinearRoots roots_of(const ContinuousTransferFunction& model) {
   const Eigen::VectorXcd found = poles(model);
@@ -31,7 +31,7 @@ LinearRoots roots_of(const ContinuousTransferFunction& model) {
 }  // namespace
 
 Eigen::VectorXd curve_frequencies(const FrequencyRange& band, const Eigen::VectorXcd& poles) {
-  const Eigen::VectorXd even = break_points(band.low, band.high, kCurvePoints);
+  const Eigen::VectorXd even = break_points(band.low, band.high, kResponsePoints);
   std::vector<double> omega(even.begin(), even.end());
   // In half widths from the peak of |1 / (s - pole)|.
   constexpr double kWidths[] = {-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0};

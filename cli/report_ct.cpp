@@ -1,6 +1,8 @@
+#include <blockid/cli/continuous_summary.hpp>
 #include <blockid/cli/ct_outcome.hpp>
 #include <blockid/cli/fit_outcome.hpp>
 #include <blockid/cli/frf_data.hpp>
+#include <blockid/cli/report/bode_band.hpp>
 #include <blockid/cli/report/gnuplot.hpp>
 #include <blockid/cli/report/html.hpp>
 #include <blockid/cli/report_continuous.hpp>
@@ -14,10 +16,6 @@
 
 namespace blockid::cli {
 namespace {
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
-/// Of the curve below the Nyquist frequency.
-constexpr double kDecades = 3.0;
 
 /// The response that the record shows, without that of the hold.
 BodeBand measured_points(const Record& record, Hold hold) {
@@ -35,7 +33,7 @@ BodeBand measured_points(const Record& record, Hold hold) {
 /// From the decades below the Nyquist frequency, or the slowest pole if that is slower, up to it.
 FrequencyRange curve_band(const CtOutcome& outcome) {
   const double nyquist = std::numbers::pi / outcome.model.sample_time_s;
-  FrequencyRange band{nyquist * std::pow(10.0, -kDecades), nyquist};
+  FrequencyRange band{nyquist * std::pow(10.0, -kBodeDecades), nyquist};
   for (const ContinuousRoot& pole : outcome.estimate.summary.poles) {
     const double modulus = std::abs(pole.value);
     if (modulus > 0.0) band.low = std::min(band.low, 0.3 * modulus);

@@ -1,5 +1,6 @@
 #include <blockid/cli/report_evaluation.hpp>
 
+#include <blockid/cli/metrics_table.hpp>
 #include <blockid/cli/report/figures.hpp>
 #include <blockid/cli/report/residual_figures.hpp>
 #include <blockid/cli/text_table.hpp>
@@ -10,18 +11,6 @@
 
 namespace blockid::cli {
 namespace {
-
-std::vector<std::string> metrics_row(const std::string& name, const Metrics& metrics) {
-  return {name,
-          number(metrics.rmse),
-          number(metrics.nrmse),
-          number(metrics.fit_percent),
-          number(metrics.r2),
-          number(metrics.vaf),
-          number(metrics.mae),
-          std::to_string(metrics.samples),
-          std::to_string(metrics.warmup)};
-}
 
 /// The parameters count as exact.
 void add_correlations(HtmlPage& page, const Shown& shown, bool gnuplot) {
@@ -42,8 +31,8 @@ void add_correlations(HtmlPage& page, const Shown& shown, bool gnuplot) {
 void add_metrics_table(HtmlPage& page, const Evaluation& train, const std::optional<Evaluation>& test,
                        const std::string& output_unit) {
   const std::string unit = output_unit.empty() ? "" : " [" + output_unit + "]";
-  std::vector<std::vector<std::string>> rows = {metrics_row("train", train.total)};
-  if (test) rows.push_back(metrics_row("test", test->total));
+  std::vector<std::vector<std::string>> rows = {with_warmup(metrics_row("train", train.total), train.total)};
+  if (test) rows.push_back(with_warmup(metrics_row("test", test->total), test->total));
   page.table({"data", "RMSE" + unit, "NRMSE", "fit %", "R²", "VAF %", "MAE" + unit, "samples", "warm-up"}, rows);
 }
 

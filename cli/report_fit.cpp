@@ -10,6 +10,7 @@
 
 #include <blockid/blocks/oversampled.hpp>
 #include <blockid/blocks/text.hpp>
+#include <blockid/cli/report/bode_band.hpp>
 #include <blockid/data/error.hpp>
 
 #include <algorithm>
@@ -18,9 +19,6 @@
 
 namespace blockid::cli {
 namespace {
-
-constexpr double kBodeDecades = 3.0;
-constexpr Index kBodePoints = 240;
 
 void add_task(HtmlPage& page, const FitOutcome& outcome) {
   page.paragraph(outcome.source + ": " + outcome.input_name + " → " + outcome.output_name + ", sampled every " +

@@ -17,20 +17,19 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kDecibels = 20.0;
 constexpr double kPointSize = 0.5;
 
 /// Modulus of the difference of model and data beside the standard deviation of the data, in dB of the response.
 Figure difference_figure(const FrfOutcome& outcome) {
   const FrequencyResponse& g = outcome.data.response;
   const Eigen::VectorXcd difference = response_at(outcome.fit.model, g.omega_rad_s) - g.response;
-  const auto decibels = [&](const VectorXd& size) {
-    return VectorXd(size.unaryExpr([](double v) { return v > 0.0 ? kDecibels * std::log10(v) : std::nan(""); }));
+  const auto size_db = [&](const VectorXd& size) {
+    return VectorXd(size.unaryExpr([](double v) { return v > 0.0 ? 20.0 * std::log10(v) : std::nan(""); }));
   };
   std::vector<VectorXd> columns = {g.omega_rad_s / (2.0 * std::numbers::pi), magnitude_db(g),
-                                   decibels(difference.cwiseAbs())};
+                                   size_db(difference.cwiseAbs())};
   const bool has_deviation = g.standard_deviation.size() > 0;
-  if (has_deviation) columns.push_back(decibels(g.standard_deviation));
+  if (has_deviation) columns.push_back(size_db(g.standard_deviation));
   Figure figure{.id = "frf-difference",
                 .title = "What the model leaves of the data",
                 .caption = "Modulus of the difference beside the response itself" +

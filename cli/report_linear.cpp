@@ -15,9 +15,6 @@
 namespace blockid::cli {
 namespace {
 
-constexpr double kDecades = 3.0;
-constexpr Index kPoints = 240;
-
 void add_scores(HtmlPage& page, const LinearOutcome& outcome, const std::string& output_unit) {
   const std::string unit = output_unit.empty() ? "" : " [" + output_unit + "]";
   std::vector<std::vector<std::string>> rows;
@@ -35,7 +32,7 @@ void add_scores(HtmlPage& page, const LinearOutcome& outcome, const std::string&
 void add_response(HtmlPage& page, const PolynomialFit& fit, const char* name,
                   std::complex<double> (*response)(const PolynomialModel&, double), bool gnuplot) {
   const double h = fit.model.sample_time_s;
-  const Eigen::VectorXd frequency = logarithmic_frequencies(h, kDecades, kPoints);
+  const Eigen::VectorXd frequency = logarithmic_frequencies(h, kBodeDecades, kBodePoints);
   const ResponseFunction of_theta = [&](const Eigen::VectorXd& theta) {
     PolynomialModel model = fit.model;
     model.theta = theta;
@@ -92,8 +89,8 @@ std::string linear_report(const LinearCommand& command, const LinearOutcome& out
   const Shown shown = shown_record(outcome.train, outcome.train_ranges, outcome.test, outcome.test_ranges);
   add_simulation(page, shown, gnuplot);
   page.heading("Frequency responses of the path G and of the noise H");
-  add_response(page, fit, "G", &response, gnuplot);
-  add_response(page, fit, "H", &noise_response, gnuplot);
+  add_response(page, fit, "G", &blockid::response, gnuplot);
+  add_response(page, fit, "H", &blockid::noise_response, gnuplot);
   add_roots(page, fit.model, gnuplot);
   if (outcome.judgement) {
     page.paragraph("The tests below are of the errors one step ahead.");

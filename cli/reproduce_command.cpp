@@ -23,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-using Align = TextTable::Align;
 
 /// A publication whose figures can be computed anew.
 struct Publication {

@@ -32,6 +32,12 @@ std::string with_unit(const std::string& text, const std::string& unit) {
   return unit.empty() ? text : text + " " + unit;
 }
 
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
 void print(std::ostream& stream, const TextTable& table) {
   std::vector<std::size_t> widths;
   std::vector<std::string> headers;

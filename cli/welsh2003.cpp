@@ -1,5 +1,6 @@
 #include <blockid/cli/welsh2003.hpp>
 
+#include <blockid/cli/report/decibels.hpp>
 #include <blockid/cli/report/script.hpp>
 #include <blockid/cli/text_table.hpp>
 #include <blockid/estimators/frequency_fit.hpp>
@@ -84,20 +85,20 @@ ReproducedFigure near(const std::string& quantity, std::optional<double> publish
 // ---------------------------------------------------------------------------------------------------------- Table 1
 
 /// A line of table 1.
-struct Line {
+struct BasisLine {
   const char* name;
   double condition;
   double mean_square;
   double largest;
 };
 
-constexpr Line kPowers = {"NLS", 5.8950e175, 2729.2, 105.2499};
-constexpr Line kScaledPowers = {"NLSFS", 1.0642e44, 848.2818, 68.5336};
-constexpr Line kChebyshev = {"TP", 6.0597e22, 898.3536, 68.2660};
-constexpr Line kLaguerre = {"LBF", 8.0111e17, 69.5152, 37.9211};
-constexpr Line kLocalising = {"FLBF", 4059.0, 9.5976e-23, 5.3152e-11};
+constexpr BasisLine kPowers = {"NLS", 5.8950e175, 2729.2, 105.2499};
+constexpr BasisLine kScaledPowers = {"NLSFS", 1.0642e44, 848.2818, 68.5336};
+constexpr BasisLine kChebyshev = {"TP", 6.0597e22, 898.3536, 68.2660};
+constexpr BasisLine kLaguerre = {"LBF", 8.0111e17, 69.5152, 37.9211};
+constexpr BasisLine kLocalising = {"FLBF", 4059.0, 9.5976e-23, 5.3152e-11};
 
-void add_failure(const Line& line, const FrequencyFit& fit, const ResonantProblem& problem,
+void add_failure(const BasisLine& line, const FrequencyFit& fit, const ResonantProblem& problem,
                  std::vector<ReproducedFigure>& figures) {
   const std::string name = line.name;
   const Errors errors = errors_of(fit, problem);
@@ -171,8 +172,6 @@ VectorXd grid_of(const ResonantProblem& problem) {
   std::sort(grid.begin(), grid.end());
   return Eigen::Map<const VectorXd>(grid.data(), std::ssize(grid));
 }
-
-VectorXd decibels(const VectorXcd& g) { return 20.0 * g.array().abs().log10(); }
 
 Picture magnitudes(const std::string& stem, const std::string& title, const std::vector<Panel>& panels,
                    const ResonantProblem& problem) {

@@ -22,7 +22,7 @@ using Eigen::VectorXd;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 /// 20 / ln 10: dB of one neper.
-const double kDecibels = 20.0 / std::log(10.0);
+const double kDecibelsPerNeper = 20.0 / std::log(10.0);
 
 VectorXcd responses(const AnyBlock& block, const VectorXd& theta, const VectorXd& omega) {
   VectorXcd g(omega.size());
@@ -90,7 +90,7 @@ BodeBand bode_band(const ResponseFunction& response, const VectorXd& parameters,
   if (covariance.size() == 0) return band;
   const MatrixXcd gradient = derivatives<MatrixXcd>(parameters, root_of(covariance), frequency_hz.size(), response);
   const MatrixXcd relative = g.response.cwiseInverse().asDiagonal() * gradient;
-  band.magnitude_deviation_db = kDecibels * lengths_of_rows(relative.real());
+  band.magnitude_deviation_db = kDecibelsPerNeper * lengths_of_rows(relative.real());
   band.phase_deviation_deg = kDegrees * lengths_of_rows(relative.imag());
   return band;
 }

@@ -33,6 +33,10 @@ BodeBand bode_band(const AnyBlock& block, const Eigen::VectorXd& parameters, con
 /// count frequencies from `decades` below the Nyquist frequency up to it, evenly spaced on a logarithmic axis.
 Eigen::VectorXd logarithmic_frequencies(double sample_time_s, double decades, Eigen::Index count);
 
+/// Of the curves in reports, below the Nyquist frequency.
+inline constexpr double kBodeDecades = 3.0;
+inline constexpr Eigen::Index kBodePoints = 240;
+
 /// f of a static block at u with standard deviations sqrt(d C d'), d = df/dtheta.
 struct CurveBand {
   Eigen::VectorXd u;          ///< (n,)

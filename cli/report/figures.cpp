@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 
 constexpr Index kZoomSamples = 400;
 constexpr Index kBuckets = 400;
-constexpr Index kCurvePoints = 300;
+constexpr Index kStaticCurvePoints = 300;
 constexpr Index kBins = 60;
 /// Below, a measured frequency response is mostly noise.
 constexpr double kLeastCoherence = 0.7;
@@ -63,14 +63,14 @@ std::string x_range(const VectorXd& x) {
 
 /// The phase in degrees of `measured`, moved by whole turns to where the model's is.
 VectorXd phase_beside(const BodeBand& measured, const BodeBand& model) {
-  constexpr double kTurn = 360.0;
+  constexpr double kTurnDegrees = 360.0;
   VectorXd phase = measured.phase_deg;
   Index nearest = 0;
   for (Index k = 0; k < phase.size(); ++k) {
     while (nearest + 1 < model.frequency_hz.size() && model.frequency_hz[nearest + 1] <= measured.frequency_hz[k]) {
       ++nearest;
     }
-    phase[k] += kTurn * std::round((model.phase_deg[nearest] - phase[k]) / kTurn);
+    phase[k] += kTurnDegrees * std::round((model.phase_deg[nearest] - phase[k]) / kTurnDegrees);
   }
   return phase;
 }
@@ -113,7 +113,7 @@ double map_reach(const Points& zeros, const Points& poles) {
   return kMargin * reach;
 }
 
-VectorXd decibels(const VectorXd& density) {
+VectorXd density_decibels(const VectorXd& density) {
   return density.unaryExpr([](double s) { return 10.0 * std::log10(s); });
 }
 
@@ -356,7 +356,7 @@ Figure root_shares_figure(const Candidate& candidate) {
 
 Figure static_figure(const LeafBlock& leaf, const Eigen::MatrixXd& covariance, const VectorXd& v) {
   const Histogram counts = histogram(v, kBins);
-  const VectorXd grid = VectorXd::LinSpaced(kCurvePoints, v.minCoeff(), v.maxCoeff());
+  const VectorXd grid = VectorXd::LinSpaced(kStaticCurvePoints, v.minCoeff(), v.maxCoeff());
   const CurveBand band = curve_band(leaf.block, leaf.parameters, covariance, grid);
   const bool has_band = band.deviation.maxCoeff() > 0.0;
   Figure figure{.id = "static-" + leaf.path,
@@ -397,7 +397,7 @@ Figure spectrum_figure(const ScoredRecord& scored, const std::string& set) {
                 .script = {},
                 .height = 340};
   figure.script = kFigureStyles +
-                  data_block("d", {output.frequency_hz, decibels(output.density), decibels(error.density)}) +
+                  data_block("d", {output.frequency_hz, density_decibels(output.density), density_decibels(error.density)}) +
                   x_range(output.frequency_hz) + "set xlabel 'frequency [Hz]'\nset ylabel " +
                   plot_text("density [dB re " + unit + "]") +
                   "\nplot $d using 1:2 with lines ls 1 title 'measured output', $d using 1:3 with lines ls 3 title "

@@ -1,5 +1,6 @@
 #include <blockid/cli/report/residual_figures.hpp>
 
+#include <blockid/cli/report/decibels.hpp>
 #include <blockid/cli/report/script.hpp>
 #include <blockid/cli/text_table.hpp>
 
@@ -19,7 +20,7 @@ struct Correlogram {
   Index outside() const { return (correlations.array().abs() > bands.array()).count(); }
 };
 
-VectorXd joined(const VectorXd& a, const VectorXd& b) {
+VectorXd concatenated(const VectorXd& a, const VectorXd& b) {
   VectorXd result(a.size() + b.size());
   result << a, b;
   return result;
@@ -30,9 +31,9 @@ Correlogram correlogram(const ResidualTests& tests, const std::vector<Kind>& kin
   for (const Kind kind : kinds) {
     const ResidualTest* const test = tests.find(kind);
     if (test == nullptr) continue;
-    result.lags = joined(result.lags, test->lags);
-    result.correlations = joined(result.correlations, test->correlations);
-    result.bands = joined(result.bands, test->bands);
+    result.lags = concatenated(result.lags, test->lags);
+    result.correlations = concatenated(result.correlations, test->correlations);
+    result.bands = concatenated(result.bands, test->bands);
   }
   return result;
 }
@@ -90,10 +91,6 @@ bool has_any(const ResidualTests& tests, const std::vector<Kind>& kinds) {
   return correlogram(tests, kinds).lags.size() > 0;
 }
 
-VectorXd decibels(const VectorXd& density) {
-  return density.unaryExpr([](double s) { return s > 0.0 ? 10.0 * std::log10(s) : std::nan(""); });
-}
-
 }  // namespace
 
 std::vector<Figure> residual_figures(const ResidualTests& tests, const std::string& set) {
@@ -123,7 +120,7 @@ namespace {
 std::string densities(const VectorXd& frequency_hz, const VectorXd& of_model, const VectorXd& of_noise,
                       const std::string& unit) {
   const std::string density_unit = unit.empty() ? "1/Hz" : unit + "²/Hz";
-  return kFigureStyles + data_block("d", {frequency_hz, decibels(of_model), decibels(of_noise)}) +
+  return kFigureStyles + data_block("d", {frequency_hz, power_decibels(of_model), power_decibels(of_noise)}) +
          "set xlabel 'frequency [Hz]'\nset ylabel " + plot_text("density [dB re " + density_unit + "]") + "\n";
 }
 
