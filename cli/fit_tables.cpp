@@ -9,10 +9,7 @@
 #include <ostream>
 
 namespace blockid::cli {
-namespace {
-
-
-}  // namespace
+namespace {}  // namespace
 
 void print_task(std::ostream& stream, const FitOutcome& outcome) {
   stream << outcome.source << ": " << outcome.input_name << " -> " << outcome.output_name << ", sampled every "

@@ -115,10 +115,12 @@ Picture figure_2(const Record& record, const ContinuousFit& published, const Con
 }
 
 Picture figure_3(const Record& record, const VectorXd& published, const VectorXd& ours) {
-  const VectorXd t = VectorXd::LinSpaced(kSamplesOfFigure3, 0.0, static_cast<double>(kSamplesOfFigure3 - 1) * record.sample_time_s);
+  const VectorXd t =
+      VectorXd::LinSpaced(kSamplesOfFigure3, 0.0, static_cast<double>(kSamplesOfFigure3 - 1) * record.sample_time_s);
   return {
       "figure_3", "Seventh period: measured and simulated",
-      data_block("y", {t, record.y.head(kSamplesOfFigure3), published.head(kSamplesOfFigure3), ours.head(kSamplesOfFigure3)}) +
+      data_block(
+          "y", {t, record.y.head(kSamplesOfFigure3), published.head(kSamplesOfFigure3), ours.head(kSamplesOfFigure3)}) +
           "set xlabel 'time [s]'\nset ylabel 'acceleration'\n"
           "plot $y using 1:2 with lines ls 1 title 'measured', $y using 1:3 with lines ls 3 title 'IV-FLBF', $y using "
           "1:4 with lines ls 2 title 'SRIVC-FLBF'\n",

@@ -125,7 +125,8 @@ ServoLine median_line(ServoConditions conditions, TrendScheme scheme, std::uint6
     lines.push_back(line_of(servo_record(conditions), scheme));
   }
   ServoLine result;
-  for (double ServoLine::*quantity : {&ServoLine::xi, &ServoLine::w0, &ServoLine::gain, &ServoLine::convergence, &ServoLine::settling_ms}) {
+  for (double ServoLine::*quantity :
+       {&ServoLine::xi, &ServoLine::w0, &ServoLine::gain, &ServoLine::convergence, &ServoLine::settling_ms}) {
     std::vector<double> values;
     for (const ServoLine& line : lines) values.push_back(line.*quantity);
     result.*quantity = median(values);
@@ -153,7 +154,8 @@ ReproducedFigure between(const std::string& quantity, std::optional<double> publ
           reproduced >= lower && reproduced <= upper};
 }
 
-void add_lines(const Row& row, const ServoLine& goodwin, const ServoLine& tustin, std::vector<ReproducedFigure>& figures) {
+void add_lines(const Row& row, const ServoLine& goodwin, const ServoLine& tustin,
+               std::vector<ReproducedFigure>& figures) {
   const std::string name = row.name;
   figures.push_back(within_factor(name + ": xi, Goodwin [%]", row.goodwin.xi, goodwin.xi, row.factor, kSmall));
   figures.push_back(within_factor(name + ": xi, Tustin [%]", row.tustin.xi, tustin.xi, row.factor, kSmall));
@@ -161,7 +163,8 @@ void add_lines(const Row& row, const ServoLine& goodwin, const ServoLine& tustin
                      "Tustin is better", goodwin.xi > tustin.xi});
 }
 
-void add_convergence(const Row& row, const ServoLine& goodwin, const ServoLine& tustin, std::vector<ReproducedFigure>& figures) {
+void add_convergence(const Row& row, const ServoLine& goodwin, const ServoLine& tustin,
+                     std::vector<ReproducedFigure>& figures) {
   const std::string name = row.name;
   figures.push_back(within_factor(name + ": CONV, Goodwin", row.goodwin.convergence, goodwin.convergence, 2.0, 0.0));
   figures.push_back(within_factor(name + ": CONV, Tustin", row.tustin.convergence, tustin.convergence, 2.0, 0.0));

@@ -1,6 +1,7 @@
 #include <blockid/cli/leaf_blocks.hpp>
 
 #include <blockid/blocks/biquads.hpp>
+#include <blockid/blocks/detail/children.hpp>
 #include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/fir.hpp>
 #include <blockid/blocks/parallel.hpp>
@@ -17,11 +18,8 @@
 namespace blockid::cli {
 namespace {
 
+using detail::child_name;
 using detail::view;
-
-std::string child_name(const std::vector<LabelledBlock>& children, std::size_t k) {
-  return children[k].label.empty() ? children[k].block.kind() + std::to_string(k + 1) : children[k].label;
-}
 
 /// Depth first over the leaves below `block`; `signal` is the block's input on entry and its output on exit when it is
 /// not empty, and `state` the block's.

@@ -74,7 +74,8 @@ std::string distortion_text(const MeasuredBla& measured) {
 }
 
 std::string vanishing_text(const VanishingBla& test) {
-  const std::string numbers = "(" + p_value_statement(test.p_value) + ", significance " + percent(test.significance) + ")";
+  const std::string numbers =
+      "(" + p_value_statement(test.p_value) + ", significance " + percent(test.significance) + ")";
   if (!test.vanishes) {
     return "The linear output is significant " + numbers + " and explains " + percent(test.explained) +
            " of the output's power.";

@@ -65,7 +65,8 @@ std::string bla_report(const BlaOutcome& outcome) {
 
   page.heading("How good it is");
   const std::string unit = outcome.output_unit.empty() ? "" : " [" + outcome.output_unit + "]";
-  std::vector<std::vector<std::string>> rows = {with_warmup(short_metrics_row("train", outcome.train.total), outcome.train.total)};
+  std::vector<std::vector<std::string>> rows = {
+      with_warmup(short_metrics_row("train", outcome.train.total), outcome.train.total)};
   if (outcome.test) rows.push_back(with_warmup(short_metrics_row("test", outcome.test->total), outcome.test->total));
   page.table({"data", "RMSE" + unit, "NRMSE", "fit %", "R²", "samples", "warm-up"}, rows);
   page.paragraph("What is left is noise and whatever of the system is not linear.");

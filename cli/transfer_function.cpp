@@ -12,6 +12,7 @@
 #include <blockid/blocks/rational.hpp>
 #include <blockid/blocks/series.hpp>
 #include <blockid/data/error.hpp>
+#include <blockid/estimators/detail/filtered.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -24,14 +25,8 @@ namespace {
 
 using Eigen::VectorXd;
 
-VectorXd product(const VectorXd& a, const VectorXd& b) {
-  VectorXd c = VectorXd::Zero(a.size() + b.size() - 1);
-  for (Index i = 0; i < a.size(); ++i) c.segment(i, b.size()) += a[i] * b;
-  return c;
-}
-
 DiscreteTransferFunction product(const DiscreteTransferFunction& a, const DiscreteTransferFunction& b) {
-  return {product(a.numerator, b.numerator), product(a.denominator, b.denominator)};
+  return {detail::convolved(a.numerator, b.numerator), detail::convolved(a.denominator, b.denominator)};
 }
 
 const VectorXd kOne = VectorXd::Ones(1);

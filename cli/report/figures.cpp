@@ -396,12 +396,13 @@ Figure spectrum_figure(const ScoredRecord& scored, const std::string& set) {
                            std::to_string(segment) + " samples.",
                 .script = {},
                 .height = 340};
-  figure.script = kFigureStyles +
-                  data_block("d", {output.frequency_hz, density_decibels(output.density), density_decibels(error.density)}) +
-                  x_range(output.frequency_hz) + "set xlabel 'frequency [Hz]'\nset ylabel " +
-                  plot_text("density [dB re " + unit + "]") +
-                  "\nplot $d using 1:2 with lines ls 1 title 'measured output', $d using 1:3 with lines ls 3 title "
-                  "'error'\n";
+  figure.script =
+      kFigureStyles +
+      data_block("d", {output.frequency_hz, density_decibels(output.density), density_decibels(error.density)}) +
+      x_range(output.frequency_hz) + "set xlabel 'frequency [Hz]'\nset ylabel " +
+      plot_text("density [dB re " + unit + "]") +
+      "\nplot $d using 1:2 with lines ls 1 title 'measured output', $d using 1:3 with lines ls 3 title "
+      "'error'\n";
   return figure;
 }
 

@@ -1,4 +1,5 @@
 // Expansions with fractional exponents against plain formulas, and the block made of them against its neighbours.
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/fractional_filter.hpp>
 #include <blockid/blocks/model.hpp>
 #include <blockid/blocks/rational.hpp>
@@ -18,13 +19,12 @@
 namespace blockid::testing {
 namespace {
 
+using blockid::detail::view;
 using ::testing::HasSubstr;
 using Complex = std::complex<double>;
 
 // Sums of a few hundred terms of order one.
 constexpr double kRounding = 1e-12;
-
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 Eigen::VectorXd simulated(const AnyBlock& block, const Eigen::VectorXd& theta, const Eigen::VectorXd& u) {
   Model model = make_model(block, 1.0);

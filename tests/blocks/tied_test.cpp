@@ -1,4 +1,5 @@
 // Blocks whose parameters follow fewer numbers.
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/fractional_filter.hpp>
 #include <blockid/blocks/gain.hpp>
 #include <blockid/blocks/model.hpp>
@@ -21,9 +22,8 @@
 namespace blockid::testing {
 namespace {
 
+using blockid::detail::view;
 using ::testing::HasSubstr;
-
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 // Two filters that share their poles, the second with an exponent of 1 minus that of the first.
 Tied shared_poles(const AnyBlock& f) {

@@ -2,6 +2,7 @@
 
 #include "estimators/systems.hpp"
 
+#include <blockid/blocks/detail/view.hpp>
 #include <blockid/blocks/rational.hpp>
 #include <blockid/estimators/fit.hpp>
 
@@ -10,15 +11,13 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <complex>
-#include <span>
 #include <string>
 
 namespace blockid {
 namespace {
 
+using detail::view;
 using testing::model_of;
-
-std::span<const double> view(const Eigen::VectorXd& v) { return {v.data(), static_cast<std::size_t>(v.size())}; }
 
 TEST(Stability, LooksAtEveryRationalFilter) {
   EXPECT_TRUE(is_stable(testing::wiener()));
