@@ -12,7 +12,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <utility>
 
 namespace blockid::cli {

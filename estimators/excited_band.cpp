@@ -48,7 +48,7 @@ FrequencyRange excited_band(const DataSet& data) {
   if (!(total > 0.0)) return all;
   FrequencyRange band = all;
   double sum = 0.0;
-  for (Index k = 0; k < power.size(); ++k) {
+  for (Eigen::Index k = 0; k < power.size(); ++k) {
     const double omega = all.high * static_cast<double>(k + 1) / static_cast<double>(power.size());
     if (sum < kLeftOut * total) band.low = std::max(omega, all.low);
     if (sum < (1.0 - kLeftOut) * total) band.high = omega;

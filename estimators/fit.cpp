@@ -20,7 +20,6 @@
 #include <limits>
 #include <mutex>
 #include <optional>
-#include <span>
 
 namespace blockid {
 namespace {

@@ -18,7 +18,7 @@ RecursiveLeastSquares::RecursiveLeastSquares(Eigen::Index parameters, double for
   if (!(forgetting > 0.0 && forgetting <= 1.0)) {
     fail("recursive least squares: expected a forgetting factor in (0, 1], got ", forgetting);
   }
-  triangle_ = RowMajor::Zero(parameters, parameters + 1);
+  triangle_ = detail::RowMajor::Zero(parameters, parameters + 1);
   row_ = Eigen::VectorXd::Zero(parameters + 1);
 }
 

@@ -17,7 +17,6 @@
 #include <iterator>
 #include <limits>
 #include <mutex>
-#include <span>
 #include <utility>
 
 namespace blockid {

@@ -16,7 +16,6 @@
 #include <cmath>
 #include <complex>
 #include <optional>
-#include <span>
 #include <utility>
 
 namespace blockid {

@@ -9,7 +9,6 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <complex>
-#include <span>
 
 namespace blockid {
 namespace {
