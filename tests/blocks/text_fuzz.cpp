@@ -68,8 +68,8 @@ TEST(TextFuzz, OnlyErrorsEscapeAndAcceptedTextsReadBack) {
           "spline(knots=5,placement=quantile)|spline(knots=5,range=[-1e300,1e300])",
           "[[[gain]]]",
           "biquads(sections=2,stable=true)",
-          "continuous_rational(nb=1,na=2,sample_time=0.1,hold=foh,break_points=[1,2])|svf(order=2,pole=3,sample_time="
-          "1)",
+          "continuous_rational(nb=1,na=2,sample_time=0.1,hold=foh,break_points=[1,2])",
+          "gain|svf(order=2,pole=3,sample_time=1)",
       },
       {"[",
        "]",

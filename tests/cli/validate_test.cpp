@@ -21,7 +21,6 @@ using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::json_file;
-using ::testing::Not;
 using testing::ProgramRun;
 using testing::run_program;
 using testing::TempDir;
@@ -58,7 +57,7 @@ class ValidateCommand : public ::testing::Test {
     write_record(folder_ / "periodic.csv", periodic, 0.1, 0.3);
   }
 
-  ProgramRun run(std::vector<std::string> arguments) const { return run_program(arguments, folder_.path()); }
+  ProgramRun run(const std::vector<std::string>& arguments) const { return run_program(arguments, folder_.path()); }
 
   void fit(const std::string& file, const std::string& model = "G=rational(nb=1,na=2)") const {
     const ProgramRun result = run({"fit", file, "--input", "u", "--output", "y", "--rate", "1", "--train", "0:2000",

@@ -46,8 +46,8 @@ void expect_chi_squared(Make&& record_of) {
   constexpr int kRecords = 40;
   double sum = 0.0;
   int failures = 0;
-  for (int k = 0; k < kRecords; ++k) {
-    const NoiseTest test = tested(truth, record_of(truth, static_cast<std::uint64_t>(k + 1)));
+  for (std::uint64_t seed = 1; seed <= kRecords; ++seed) {
+    const NoiseTest test = tested(truth, record_of(truth, seed));
     sum += test.statistic;
     failures += test.like_noise() ? 0 : 1;
   }

@@ -24,17 +24,17 @@ MaskedSignal whole(const VectorXd& x) { return {x, VectorXd::Ones(x.size())}; }
 TEST(Autoregression, FindsAKnownOne) {
   // v_t = 1.2 v_{t-1} - 0.5 v_{t-2} + e_t
   testing::Noise noise(1);
-  constexpr Index n = 40000;
-  VectorXd v = noise.white(n);
-  for (Index t = 2; t < n; ++t) v[t] += 1.2 * v[t - 1] - 0.5 * v[t - 2];
+  constexpr Index kSamples = 40000;
+  VectorXd v = noise.white(kSamples);
+  for (Index t = 2; t < kSamples; ++t) v[t] += 1.2 * v[t - 1] - 0.5 * v[t - 2];
   const MaskedSignal signal = whole(v);
   const Autoregression ar = fit_autoregression({&signal, 1}, 10);
   ASSERT_GE(ar.order(), 2);
-  // Standard deviation sqrt((1 - a_2^2) / n) = 0.0043 at order 2; four of them, and the extra orders that Akaike's
-  // criterion takes now and then widen it by half.
+  // Standard deviation sqrt((1 - a_2^2) / samples) = 0.0043 at order 2; four of them, and the extra orders that
+  // Akaike's criterion takes now and then widen it by half.
   EXPECT_NEAR(ar.coefficients[0], -1.2, 0.026);
   EXPECT_NEAR(ar.coefficients[1], 0.5, 0.026);
-  // Deviation of a variance: sqrt(2 / n) = 0.7 %.
+  // Deviation of a variance: sqrt(2 / samples) = 0.7 %.
   EXPECT_NEAR(ar.innovation_variance, 1.0, 0.03);
 }
 
@@ -73,15 +73,16 @@ TEST(Autoregression, CovarianceIsThatOfTheStationaryProcess) {
   Autoregression ar;
   ar.coefficients = (VectorXd(2) << -0.3, -0.18).finished();
   ar.innovation_variance = 2.0;
-  constexpr Index n = 40;
-  VectorXd rho(n);
+  constexpr Index kSize = 40;
+  VectorXd rho(kSize);
   rho[0] = 1.0;
   rho[1] = 0.3 / (1.0 - 0.18);
-  for (Index k = 2; k < n; ++k) rho[k] = 0.3 * rho[k - 1] + 0.18 * rho[k - 2];
+  for (Index k = 2; k < kSize; ++k) rho[k] = 0.3 * rho[k - 1] + 0.18 * rho[k - 2];
   const double variance = 2.0 / (1.0 - 0.3 * rho[1] - 0.18 * rho[2]);
-  const MatrixXd r = MatrixXd::NullaryExpr(n, n, [&](Index i, Index j) { return variance * rho[std::abs(i - j)]; });
+  const MatrixXd r =
+      MatrixXd::NullaryExpr(kSize, kSize, [&](Index i, Index j) { return variance * rho[std::abs(i - j)]; });
   testing::Noise noise(4);
-  const MatrixXd z = noise.matrix(n, 4);
+  const MatrixXd z = noise.matrix(kSize, 4);
   const MatrixXd f = backward_filtered(ar, z);
   // The recursion backwards ends at 1e-8 of the signal; its square is left out of F'F, itself times the record of
   // R Z.

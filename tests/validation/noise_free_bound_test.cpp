@@ -130,8 +130,8 @@ TEST(NoiseFreeBound, NoiseCorrectionIsTheMaximumOverTau) {
     const double gamma = relative * w.cwiseAbs().maxCoeff();
     const double eta = gamma / (2.0 * std::sin(std::numbers::pi / 402.0));
     double best = 0.0;
-    for (double exponent = -8.0; exponent <= 1.0; exponent += 0.1) {
-      const double tau = std::pow(10.0, exponent);
+    for (int step = 0; step <= 90; ++step) {
+      const double tau = std::pow(10.0, -8.0 + 0.1 * step);
       const double alpha = noise_free_bound(v, w, tau);
       best = std::max(best, alpha * alpha - std::pow(eta / (tau * toeplitz_norm(v)), 2));
     }
