@@ -8,6 +8,7 @@
 
 #include <blockid/blocks/gain.hpp>
 #include <blockid/blocks/model_json.hpp>
+#include <blockid/cli/report/bode_band.hpp>
 #include <blockid/data/error.hpp>
 #include <blockid/estimators/continuous_chain.hpp>
 #include <blockid/estimators/continuous_fit.hpp>
@@ -16,7 +17,6 @@
 #include <cmath>
 #include <complex>
 #include <iostream>
-#include <numbers>
 #include <utility>
 
 namespace blockid::cli {
@@ -82,7 +82,6 @@ FrequencyFitOptions options_of(const FrfCommand& command, const FrfData& data) {
 }
 
 void find_largest_differences(FrfOutcome& outcome) {
-  constexpr double kDegrees = 180.0 / std::numbers::pi;
   const FrequencyResponse& g = outcome.data.response;
   const Eigen::VectorXcd model = response_at(outcome.fit.model, g.omega_rad_s);
   for (Index k = 0; k < model.size(); ++k) {

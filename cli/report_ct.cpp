@@ -31,7 +31,7 @@ BodeBand measured_points(const Record& record, Hold hold) {
 }
 
 /// From the decades below the Nyquist frequency, or the slowest pole if that is slower, up to it.
-FrequencyRange curve_band(const CtOutcome& outcome) {
+FrequencyRange band_of_curve(const CtOutcome& outcome) {
   const double nyquist = std::numbers::pi / outcome.model.sample_time_s;
   FrequencyRange band{nyquist * std::pow(10.0, -kBodeDecades), nyquist};
   for (const ContinuousRoot& pole : outcome.estimate.summary.poles) {
@@ -69,7 +69,7 @@ std::string ct_report(const CtOutcome& outcome) {
   BodeBand points = measured_points(outcome.train.records.front().record, estimate.hold);
   const double turn_per_hz = 360.0 * static_cast<double>(estimate.delay) * model.sample_time_s;
   if (points.phase_deg.size() > 0) points.phase_deg += turn_per_hz * points.frequency_hz;
-  add_continuous_figures(page, estimate.transfer_function, estimate.covariance, curve_band(outcome),
+  add_continuous_figures(page, estimate.transfer_function, estimate.covariance, band_of_curve(outcome),
                          {.response = std::move(points)}, gnuplot);
   add_residuals(page, shown, gnuplot);
   add_summary(page, estimate.summary);

@@ -161,7 +161,7 @@ RefitOptions round_options(const FitOptions& options, int iterations, const std:
   return round;
 }
 
-bool better(const Trial& a, const Trial& b) { return a.refit.rmse < b.refit.rmse; }
+bool lower_rmse(const Trial& a, const Trial& b) { return a.refit.rmse < b.refit.rmse; }
 
 /// The first samples of each record; whole records when that would cut a period or leave too little.
 DataSet shortened(const DataSet& data, Index samples, Index least) {
@@ -191,7 +191,7 @@ void first_round(std::vector<Trial>& trials, std::size_t count, const DataSet& d
       if (trial.refit.status == FitStatus::converged) trial.refit.status = FitStatus::max_iterations;
     }
   });
-  std::stable_sort(trials.begin(), trials.begin() + static_cast<std::ptrdiff_t>(count), better);
+  std::stable_sort(trials.begin(), trials.begin() + static_cast<std::ptrdiff_t>(count), lower_rmse);
 }
 
 /// What a refit ended with becomes the trial's.
@@ -273,7 +273,7 @@ void stabilise(Trial& trial, std::size_t place, const DataSet& data, const FitOp
 /// The best trial in front; a stable one instead when it is as good.
 void rank(std::vector<Trial>& trials, std::size_t count) {
   const auto last = trials.begin() + static_cast<std::ptrdiff_t>(count);
-  std::stable_sort(trials.begin(), last, better);
+  std::stable_sort(trials.begin(), last, lower_rmse);
   const double limit = kStableWorth * trials.front().refit.rmse;
   const auto stable = std::find_if(trials.begin(), last, [&](const Trial& trial) {
     return trial.refit.rmse <= limit && is_stable(trial.refit.model);

@@ -203,19 +203,20 @@ class Classifier {
     const Rational& g_h = *builder_.structure().g_h();
     const std::vector<Rounding> of_poles = fitting_roundings(poles, g_w.na(), settings_.neighbours);
     const std::vector<Rounding> of_zeros = fitting_roundings(zeros, g_w.nb(), settings_.neighbours);
-    struct Pair {
+    struct RoundingPair {
       double distance;
       const Rounding* poles;
       const Rounding* zeros;
     };
-    std::vector<Pair> pairs;
+    std::vector<RoundingPair> pairs;
     for (const Rounding& p : of_poles) {
       for (const Rounding& z : of_zeros) pairs.push_back({p.distance + z.distance, &p, &z});
     }
-    std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
+    std::stable_sort(pairs.begin(), pairs.end(),
+                     [](const RoundingPair& a, const RoundingPair& b) { return a.distance < b.distance; });
     if (std::ssize(pairs) > settings_.neighbours) pairs.erase(pairs.begin() + settings_.neighbours, pairs.end());
     std::vector<Candidate> candidates;
-    for (const Pair& pair : pairs) {
+    for (const RoundingPair& pair : pairs) {
       candidates.push_back(
           builder_.build(filter_parameters(g_w, chosen(zeros, *pair.zeros, true), chosen(poles, *pair.poles, true)),
                          filter_parameters(g_h, chosen(zeros, *pair.zeros, false), chosen(poles, *pair.poles, false)),

@@ -19,7 +19,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 /// 20 / ln 10: dB of one neper.
 const double kDecibelsPerNeper = 20.0 / std::log(10.0);
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <numbers>
 
 namespace blockid::cli {
 
@@ -32,6 +33,9 @@ BodeBand bode_band(const AnyBlock& block, const Eigen::VectorXd& parameters, con
 
 /// count frequencies from `decades` below the Nyquist frequency up to it, evenly spaced on a logarithmic axis.
 Eigen::VectorXd logarithmic_frequencies(double sample_time_s, double decades, Eigen::Index count);
+
+/// Of one radian.
+inline constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 /// Of the curves in reports, below the Nyquist frequency.
 inline constexpr double kBodeDecades = 3.0;

@@ -12,7 +12,6 @@
 #include <complex>
 #include <iostream>
 #include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -412,7 +411,6 @@ BodeBand measured_response(const Record& record) {
   std::vector<double> frequency;
   std::vector<double> magnitude;
   std::vector<double> phase;
-  constexpr double kDegrees = 180.0 / std::numbers::pi;
   for (Index k = 1; k < cross.frequency_hz.size(); ++k) {
     const double coherence = std::norm(cross.cross_density[k]) / (cross.input_density[k] * cross.output_density[k]);
     if (!(coherence > kLeastCoherence)) continue;
