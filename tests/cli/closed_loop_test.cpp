@@ -142,10 +142,10 @@ TEST_F(ClosedLoopCommand, WindowsWithTooShortAPastAreUndecided) {
   const std::vector<std::string> test = {"--range", "100:", "--quiet-run", "0:100",  "--window", "40",
                                          "--step",  "40",   "--json",      "v.json", "--past"};
   std::vector<std::string> all = test;
-  all.push_back("120");
+  all.emplace_back("120");
   EXPECT_EQ(run(all).code, 0);
   std::vector<std::string> three = test;
-  three.push_back("3");
+  three.emplace_back("3");
   const ProgramRun result = run(three);
   EXPECT_EQ(result.code, 6) << result.out << result.err;
   EXPECT_THAT(result.out, HasSubstr("verdict     undecided"));
@@ -220,9 +220,9 @@ TEST_F(ClosedLoopCommand, PlantFromAModelFile) {
   write_file_atomically(folder_ / "plant.json", to_json(model));
   const std::vector<std::string> more = {"--range", "100:", "--gamma", "0.001", "--json"};
   std::vector<std::string> text = more;
-  text.push_back("text.json");
+  text.emplace_back("text.json");
   std::vector<std::string> file = more;
-  file.push_back("file.json");
+  file.emplace_back("file.json");
   EXPECT_EQ(run(text).code, run(file, CrowderCallafon::kCovers, "loop.csv", "plant.json").code);
   // Ten digits of the text.
   EXPECT_NEAR(json_file(folder_ / "file.json")["largest_w"].get<double>(),
