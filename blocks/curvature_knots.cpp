@@ -61,8 +61,8 @@ double place_of(const Eigen::ArrayXd& sums, double level) {
 }  // namespace
 
 std::vector<double> curvature_knots(std::span<const double> v, const std::function<double(double)>& f, Index count) {
-  const std::vector<double> mixed = place_knots(v, count, KnotPlacement::mixed);
   const Index regular = std::max<Index>(2, (count + 1) / 2);
+  std::vector<double> mixed = place_knots(v, count, KnotPlacement::mixed);
   if (regular == count) return mixed;
   std::vector<double> knots = place_knots(v, regular, KnotPlacement::mixed);
   const SignalRange range = detail::range_of(v, "curvature_knots");

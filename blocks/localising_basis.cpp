@@ -47,8 +47,7 @@ constexpr int kPolishSteps = 8;
 template <class Real>
 Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& matrix) {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-  const Matrix wide = matrix.cast<Real>();
-  const Eigen::EigenSolver<Matrix> solver(wide, false);
+  const Eigen::EigenSolver<Matrix> solver(Matrix(matrix.cast<Real>()), false);
   if (solver.info() != Eigen::Success) fail("localising basis: the eigenvalue iteration did not converge");
   return solver.eigenvalues().template cast<std::complex<double>>();
 }

@@ -92,7 +92,7 @@ Picture errors_picture(const std::vector<Held>& holds) {
   std::string plots;
   const std::vector<std::string> colours = {"#dc2626", "#b45309", "#2563eb", "#047857"};
   for (std::size_t k = 0; k < holds.size(); ++k) {
-    columns.push_back(error_db(holds[k].fit).cwiseAbs().cwiseMax(1e-15));
+    columns.emplace_back(error_db(holds[k].fit).cwiseAbs().cwiseMax(1e-15));
     plots += (k == 0 ? "plot " : ", ") + std::string("$e using 1:") + std::to_string(k + 2) +
              " with lines lw 1.4 lc rgb '" + colours[k % colours.size()] + "' title " + plot_text(holds[k].name);
   }

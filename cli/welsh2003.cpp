@@ -332,7 +332,7 @@ Picture filters_picture() {
   std::vector<VectorXd> columns = {omega};
   std::string plot = "plot ";
   for (Index k = 0; k < kFilters; ++k) {
-    columns.push_back(20.0 * gains.col(k).array().log10());
+    columns.emplace_back(20.0 * gains.col(k).array().log10());
     plot += (k == 0 ? "$d using 1:" : ", $d using 1:") + std::to_string(k + 2) + " with lines lw 1.4 title 'F_" +
             std::to_string(k + 1) + "'";
   }

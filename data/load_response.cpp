@@ -48,7 +48,7 @@ Eigen::VectorXcd complex_signal(const ResponseSpec& spec, const std::string& nam
 }
 
 Eigen::VectorXd magnitudes(const ResponseSpec& spec, Eigen::Index expected) {
-  const Eigen::VectorXd values = signal(spec, *spec.magnitude, expected);
+  Eigen::VectorXd values = signal(spec, *spec.magnitude, expected);
   if (spec.magnitude_unit == MagnitudeUnit::decibels) {
     constexpr double kDecibels = 20.0;
     return values.unaryExpr([](double db) { return std::pow(10.0, db / kDecibels); });

@@ -159,7 +159,7 @@ class InstrumentTriangle {
   MatrixXd instrument_covariance() const {
     MatrixXd rows = MatrixXd::Zero(z_.cols(), z_.cols() + 1);
     rows.leftCols(z_.cols()) = z_.topRows(z_.cols());
-    const MatrixXd covariance = scaled_pseudo_inverse(triangle_of(rows)).matrix;
+    MatrixXd covariance = scaled_pseudo_inverse(triangle_of(rows)).matrix;
     if (!freedom_.constrained()) return covariance;
     return freedom_.directions() * covariance * freedom_.directions().transpose();
   }

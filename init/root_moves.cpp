@@ -1,7 +1,6 @@
 #include <blockid/init/root_moves.hpp>
 
 #include <cmath>
-#include <ranges>
 #include <utility>
 
 namespace blockid {
@@ -42,7 +41,8 @@ Groups picked(const Groups& groups, const Places& places) {
 
 /// `groups` with those at `places` replaced.
 Groups replaced(Groups groups, const Places& places, const Groups& by) {
-  for (const std::size_t k : std::views::reverse(places)) groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(k));
+  // From the last on: the places before it stay what they are.
+  for (std::size_t i = places.size(); i-- > 0;) groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(places[i]));
   groups.insert(groups.end(), by.begin(), by.end());
   return groups;
 }

@@ -121,7 +121,7 @@ MatrixXd move_all(const MatrixXd& a, const MatrixXd& b, double pole, double leas
     fail("feedback: no input reaches a mode on or outside the unit circle");
   }
   const MatrixXd small = schur.matrixT().topLeftCorner(first, first).transpose();
-  const MatrixXd gain = direction * gain_to(small, left.transpose() * b * direction, pole) * left.transpose();
+  MatrixXd gain = direction * gain_to(small, left.transpose() * b * direction, pole) * left.transpose();
   if (first == n) return gain;
   const MatrixXd moved = a + b * gain;
   const MatrixXd t = u.transpose() * moved.transpose() * u;

@@ -97,7 +97,7 @@ DiscreteStateSpace checked_inverse(const MimoLoop& loop) {
   check_weight(loop.weight);
   const DiscreteStateSpace matrix = loop_matrix(loop);
   if (!is_regular(matrix.d)) fail("loop: model and controller have an algebraic loop without solution");
-  const DiscreteStateSpace result = inverse(matrix);
+  DiscreteStateSpace result = inverse(matrix);
   const double radius = spectral_radius(result);
   if (radius >= kStableRadius) {
     fail("loop: expected a controller that stabilises the model, got a closed-loop pole of modulus ", radius);

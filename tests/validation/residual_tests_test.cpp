@@ -169,7 +169,7 @@ TEST(ResidualTestSize, SeveralRecordsWithGapsAndWeights) {
       record.residual = y.segment(700 * k, 700) - record.yhat;
       for (Index t = 0; t < 700; t += 13) record.residual[t] = std::numeric_limits<double>::quiet_NaN();
     }
-    const ResidualTests tests = residual_tests(records, kShort);
+    ResidualTests tests = residual_tests(records, kShort);
     EXPECT_LT(tests.distance_from_minimum, 1e-9);
     EXPECT_EQ(tests.samples, 2 * (700 - 54));
     return tests;
